@@ -1,0 +1,90 @@
+# make help lists the targets.
+CONFIG ?= release
+PREFIX ?= /usr/local
+CC ?= cc
+CXX ?= c++
+PKG_CONFIG ?= pkg-config
+MESH ?= 1
+B := build/$(CONFIG)
+
+CFLAGS ?= -O2 -g
+CFLAGS_debug := -O0 -g
+CFLAGS_asan := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+CFLAGS_tsan := -O1 -g -fsanitize=thread
+# -ffp-contract=off: stored values must not depend on whether a machine has fused operations
+FLAGS := -D_POSIX_C_SOURCE=200809L -D_FILE_OFFSET_BITS=64 -ffp-contract=off -pthread -MMD -MP \
+	-Wall -Wextra -Wconversion -Wshadow $(if $(WERROR),-Werror) -Iformat -Ilibbuild -Iviewer -Icmd -Itests
+ALL_CFLAGS = -std=c11 $(FLAGS) -Wstrict-prototypes $(or $(CFLAGS_$(CONFIG)),$(CFLAGS))
+ALL_CXXFLAGS = -std=c++17 $(FLAGS) -Wno-conversion -Wno-shadow -Wno-maybe-uninitialized $(or $(CFLAGS_$(CONFIG)),$(CFLAGS))
+
+LIBS_format := -lzstd -lxxhash -lm
+LIBS_build := $(LIBS_format) -luv -lm
+LIBS_viewer := $(LIBS_format) -lOSMesa -lpng
+LIBS_cmd := -ljansson
+LIBS_test := -lcheck -lsubunit -lrt
+
+obj = $(patsubst %,$(B)/obj/%.o,$(basename $(1)))
+FORMAT := $(call obj,$(wildcard format/*.c))
+BUILD := $(call obj,$(wildcard libbuild/*.c))
+VIEWER := $(call obj,$(wildcard viewer/*.c))
+CLI := $(call obj,cmd/cli.c)
+TOOLS := $(patsubst cmd/%.c,%,$(wildcard cmd/spc_*.c))
+TESTS := $(filter-out $(if $(filter 1,$(MESH)),,test_mesh_shim),$(patsubst tests/%.c,%,$(wildcard tests/test_*.c)))
+BINARIES := $(addprefix $(B)/,$(subst _,-,$(TOOLS))) $(B)/gen-scan
+
+# V=1 shows the commands
+Q := $(if $(V),,@)
+say := @echo "  "
+
+.PHONY: all demo check tests asan tsan bench deps deps-check format tidy layers install clean help
+.SECONDARY:                     # keep objects
+all: $(BINARIES)                ## the tools, into build/release/
+
+$(B)/obj/%.o: %.c Makefile
+	@mkdir -p $(@D)
+	$(say) CC $<
+	$(Q)$(CC) $(ALL_CFLAGS) -c $< -o $@
+
+$(B)/obj/%.o: %.cpp Makefile
+	@mkdir -p $(@D)
+	$(say) CXX $<
+	$(Q)$(CXX) $(ALL_CXXFLAGS) -c $< -o $@
+
+$(B)/libspc.a: $(FORMAT)
+$(B)/libspb.a: $(BUILD)
+$(B)/libspv.a: $(VIEWER)
+$(B)/lib%.a:
+	@rm -f $@
+	$(Q)$(AR) rcs $@ $^
+
+LINK = $(say) LINK $@ && $(CC) $(ALL_CFLAGS) $(LDFLAGS) $(filter %.o %.a,$^) -o $@
+$(B)/spc-build: $(call obj,cmd/spc_build.c) $(CLI) $(B)/libspb.a $(B)/libspc.a
+	$(LINK) $(LIBS_build) $(LIBS_cmd)
+$(B)/spc-info: $(call obj,cmd/spc_info.c) $(CLI) $(B)/libspc.a
+	$(LINK) $(LIBS_format) $(LIBS_cmd)
+$(B)/spc-render: $(call obj,cmd/spc_render.c) $(CLI) $(B)/libspv.a $(B)/libspc.a
+	$(LINK) $(LIBS_viewer) $(LIBS_cmd)
+$(B)/gen-scan: $(call obj,scripts/gen_scan.c)
+	$(LINK) -lm
+
+demo: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all && scripts/demo $(SCAN)         ## install what is missing, build, convert and show a scan (SCAN=path)
+check: ; @$(MAKE) -s deps-check && $(MAKE) -j$$(nproc) all tests && scripts/check $(B)  ## install what is missing, build and test
+deps: ; @scripts/install_deps build
+deps-check: ; @scripts/install_deps build test $(if $(filter 1,$(MESH)),mesh)
+
+# One program a test file; helpers of tests are tests/*.c without the prefix.
+TEST_HELPERS := $(call obj,$(filter-out tests/test_%,$(wildcard tests/*.c)))
+tests: $(addprefix $(B)/tests/,$(TESTS))
+$(B)/libtest.a: $(TEST_HELPERS)
+$(B)/tests/test_%: $(call obj,tests/test_%.c) $(B)/libtest.a $(B)/libspv.a $(B)/libspb.a $(B)/libspc.a
+	@mkdir -p $(@D)
+	$(LINK) $(LIBS_test) $(LIBS_viewer) $(LIBS_build) $(LIBS_cmd)
+$(B)/tests/test_mesh_shim: $(call obj,libbuild/mesh_shim.cpp)
+$(B)/tests/test_mesh_shim: LIBS_test += -lOpenMeshCore -lstdc++
+
+asan: ; $(MAKE) CONFIG=asan CK_FORK=no check                     ## check under address and undefined behaviour sanitizers
+tsan: ; $(MAKE) CONFIG=tsan check                     ## check under the thread sanitizer
+help: ; @sed -n 's/^\([a-z-]*\):.*## */\1	/p' Makefile | expand -t 10   ## this list
+clean: ; rm -rf build                     ## remove build/
+
+-include $(shell find $(B)/obj -name '*.d' 2>/dev/null)

@@ -1,0 +1,71 @@
+/* format_int.h - shared between the files of format/, not included from outside. */
+#ifndef SPC_FORMAT_INT_H
+#define SPC_FORMAT_INT_H
+
+#include "layout.h"
+#include "spc.h"
+
+struct spc_section {
+    uint32_t tag, record_bytes;
+    uint64_t off, bytes, hash;
+};
+
+/* Header record; out[HD_SIZE] includes its hash. */
+void spc_header_encode(const struct spc_header *header, const struct spc_section sections[SE_COUNT],
+                       uint8_t *out);
+/*
+ * Checks everything about the header alone, in the order of the spec: size, magic, version,
+ * checksum, reserved bits, values. size is the file's.
+ */
+enum spc_status spc_header_decode(const uint8_t *in, uint64_t size, struct spc_header *out,
+                                  struct spc_section sections[SE_COUNT], struct spc_error *err);
+
+/* Directory records. Decoding accepts any bytes; checking is spc_directory_check. */
+void spc_cluster_encode(const struct spc_cluster *cluster, uint8_t *out);
+void spc_cluster_decode(const uint8_t *in, struct spc_cluster *out);
+void spc_block_record_encode(const struct spc_block *block, uint8_t *out);
+void spc_block_record_decode(const uint8_t *in, struct spc_block *out);
+
+/* Chunk header of a block of a cluster with this origin. out[CH_SIZE] */
+void spc_chunk_encode(const struct spc_block *block, uint32_t index, const double origin[3],
+                      uint8_t *out);
+
+/* Every range, count and order of the directory, once (level 1 of verify runs the same). */
+enum spc_status spc_directory_check(const struct spc_reader *reader, struct spc_error *err);
+
+/* First byte behind the head where chunks may begin. */
+static inline uint64_t spc_data_start(uint64_t head_bytes)
+{
+    return (head_bytes + SPC_CHUNK_ALIGN - 1) & ~(uint64_t)(SPC_CHUNK_ALIGN - 1);
+}
+
+/* Bytes of a block's chunk in the file, padding included. */
+static inline uint64_t spc_chunk_bytes(uint32_t stored_bytes)
+{
+    return spc_data_start((uint64_t)CH_SIZE + stored_bytes);
+}
+
+/* Codes, counts and groups of a decoded payload. at_off names the chunk in messages. */
+enum spc_status spc_payload_check(const struct spc_block *block,
+                                  const struct spc_block_layout *layout, uint32_t normal_clusters,
+                                  const uint8_t *payload, struct spc_error *err);
+
+/* zstd over planes (spec section 6.4). in[in_bytes] -> payload[layout->bytes] and back. */
+enum spc_status spc_planes_decode(const struct spc_block *block,
+                                  const struct spc_block_layout *layout, uint32_t normal_clusters,
+                                  const uint8_t *in, size_t in_bytes, uint8_t *payload,
+                                  struct spc_error *err);
+enum spc_status spc_planes_encode(const struct spc_block *block,
+                                  const struct spc_block_layout *layout, uint32_t normal_clusters,
+                                  const uint8_t *payload, int level, uint8_t *out, size_t out_max,
+                                  size_t *out_bytes, struct spc_error *err);
+
+struct spc_reader {
+    const uint8_t *bytes;
+    uint64_t size;
+    bool mapped;
+    struct spc_header header;
+    struct spc_section sections[SE_COUNT];
+};
+
+#endif

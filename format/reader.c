@@ -1,0 +1,162 @@
+/*
+ * reader.c - opens an archive: mapping, checks, borrowed views.
+ *
+ * Everything that a later access relies on is checked once here, header and directory only, so
+ * opening costs O(directory) whatever the size of the file.
+ */
+#include "format_int.h"
+
+#include "bytes.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdlib.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+static enum spc_status check_head(const struct spc_reader *r, struct spc_error *err)
+{
+    static const char *const names[SE_COUNT] = {"axes", "cluster directory", "block directory",
+                                                "metadata"};
+    uint64_t at = HD_SIZE;
+    for (int s = 0; s < SE_COUNT; s++) {
+        const struct spc_section *se = &r->sections[s];
+        if (XXH64(r->bytes + se->off, se->bytes, 0) != se->hash)
+            return spc_fail(err, SPC_CHECKSUM, se->off, "checksum of the %s does not match",
+                            names[s]);
+        if (!all_zero(r->bytes + at, se->off - at))
+            return spc_fail(err, SPC_CORRUPT, at, "padding before the %s is not zero", names[s]);
+        at = se->off + se->bytes;
+    }
+    const uint64_t data = spc_data_start(r->header.head_bytes);
+    if (data > r->size || !all_zero(r->bytes + at, data - at))
+        return spc_fail(err, SPC_CORRUPT, at, "padding behind the head is not zero");
+    const uint8_t *axes = r->bytes + r->sections[SE_AXES].off;
+    for (uint32_t k = 0; k < r->header.normal_clusters; k++) {
+        double axis[3];
+        for (int a = 0; a < 3; a++)
+            axis[a] = (int16_t)load_u16(axes + 6 * k + 2 * (uint32_t)a) / 32767.0;
+        const double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+        if (!(length > 0.999 && length < 1.001))
+            return spc_fail(err, SPC_CORRUPT, r->sections[SE_AXES].off + 6 * k,
+                            "axis %u is not a direction", k);
+    }
+    return SPC_OK;
+}
+
+static enum spc_status open_checked(struct spc_reader *r, struct spc_error *err)
+{
+    enum spc_status status = spc_header_decode(r->bytes, r->size, &r->header, r->sections, err);
+    if (status == SPC_OK)
+        status = check_head(r, err);
+    if (status == SPC_OK)
+        status = spc_directory_check(r, err);
+    return status;
+}
+
+enum spc_status spc_reader_open_memory(const void *bytes, size_t size, struct spc_reader **out,
+                                       struct spc_error *err)
+{
+    *out = NULL;
+    struct spc_reader *r = calloc(1, sizeof *r);
+    if (r == NULL)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to open an archive");
+    r->bytes = bytes;
+    r->size = size;
+    const enum spc_status status = open_checked(r, err);
+    if (status == SPC_OK)
+        *out = r;
+    else
+        free(r);
+    return status;
+}
+
+static enum spc_status map_file(const char *path, const uint8_t **bytes, uint64_t *size,
+                                struct spc_error *err)
+{
+    struct stat st;
+    enum spc_status status = SPC_OK;
+    const int fd = open(path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0)
+        return spc_fail_os(err, errno, "cannot open");
+    if (fstat(fd, &st) != 0) {
+        status = spc_fail_os(err, errno, "cannot read its size");
+    } else if (!S_ISREG(st.st_mode)) {
+        status = spc_fail(err, SPC_NOT_SPC, SPC_NO_OFF, "not a regular file");
+    } else if (st.st_size == 0) {
+        status = spc_fail(err, SPC_NOT_SPC, 0, "the file is empty");
+    } else {
+        void *map = mmap(NULL, (size_t)st.st_size, PROT_READ, MAP_SHARED, fd, 0);
+        if (map == MAP_FAILED)
+            status = spc_fail_os(err, errno, "cannot map");
+        *bytes = map;
+        *size = (uint64_t)st.st_size;
+    }
+    close(fd);
+    return status;
+}
+
+enum spc_status spc_reader_open(const char *path, struct spc_reader **out, struct spc_error *err)
+{
+    const uint8_t *bytes = NULL;
+    uint64_t size = 0;
+    *out = NULL;
+    enum spc_status status = map_file(path, &bytes, &size, err);
+    if (status != SPC_OK)
+        return status;
+    status = spc_reader_open_memory(bytes, (size_t)size, out, err);
+    if (status == SPC_OK)
+        (*out)->mapped = true;
+    else
+        munmap((void *)bytes, (size_t)size);
+    return status;
+}
+
+void spc_reader_close(struct spc_reader *r)
+{
+    if (r == NULL)
+        return;
+    if (r->mapped)
+        munmap((void *)r->bytes, (size_t)r->size);
+    free(r);
+}
+
+const struct spc_header *spc_reader_header(const struct spc_reader *r)
+{
+    return &r->header;
+}
+
+const uint8_t *spc_reader_bytes(const struct spc_reader *r, uint64_t *size)
+{
+    *size = r->size;
+    return r->bytes;
+}
+
+const char *spc_reader_meta(const struct spc_reader *r, size_t *bytes)
+{
+    *bytes = (size_t)r->sections[SE_META].bytes;
+    return (const char *)r->bytes + r->sections[SE_META].off;
+}
+
+void spc_reader_axis(const struct spc_reader *r, uint32_t k, double axis[3])
+{
+    const uint8_t *p = r->bytes + r->sections[SE_AXES].off + (size_t)6 * k;
+    for (int a = 0; a < 3; a++)
+        axis[a] = (int16_t)load_u16(p + 2 * a) / 32767.0;
+    const double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+    for (int a = 0; a < 3; a++)
+        axis[a] /= length;
+}
+
+void spc_reader_cluster(const struct spc_reader *r, uint32_t id, struct spc_cluster *out)
+{
+    spc_cluster_decode(r->bytes + r->sections[SE_CLUS].off + (uint64_t)id * CL_SIZE, out);
+}
+
+void spc_reader_block(const struct spc_reader *r, uint32_t index, struct spc_block *out)
+{
+    spc_block_record_decode(r->bytes + r->sections[SE_BLKS].off + (uint64_t)index * BL_SIZE, out);
+}
