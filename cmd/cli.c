@@ -1,0 +1,284 @@
+#include "cli.h"
+
+#include <errno.h>
+#include <math.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+static const char *tool_name = "spc";
+
+void cli_init(const char *tool)
+{
+    tool_name = tool;
+}
+
+/* File names come from outside: what a terminal would act on is shown as '?'. */
+static void put_name(FILE *out, const char *name)
+{
+    for (; *name; name++)
+        fputc((unsigned char)*name < 0x20 || *name == 0x7F ? '?' : *name, out);
+}
+
+static void put_head(const char *file)
+{
+    cli_progress_end();
+    fprintf(stderr, "%s: ", tool_name);
+    if (file != NULL) {
+        fputc('\'', stderr);
+        put_name(stderr, file);
+        fputs("': ", stderr);
+    }
+}
+
+void cli_error(const char *file, const struct spc_error *err, const char *remedy)
+{
+    put_head(file);
+    fputs(err->what[0] ? err->what : spc_status_text(err->status), stderr);
+    if (err->at_off != SPC_NO_OFF && err->at_off != 0)
+        fprintf(stderr, " (byte %llu)", (unsigned long long)err->at_off);
+    if (remedy != NULL)
+        fprintf(stderr, "; %s", remedy);
+    fputc('\n', stderr);
+}
+
+void cli_warn(const char *file, const char *fmt, ...)
+{
+    va_list args;
+    put_head(file);
+    fputs("warning: ", stderr);
+    va_start(args, fmt);
+    vfprintf(stderr, fmt, args);
+    va_end(args);
+    fputc('\n', stderr);
+}
+
+int cli_usage(const char *fmt, ...)
+{
+    va_list args;
+    put_head(NULL);
+    va_start(args, fmt);
+    vfprintf(stderr, fmt, args);
+    va_end(args);
+    fprintf(stderr, "; '%s --help' lists the options\n", tool_name);
+    return EXIT_USAGE;
+}
+
+int cli_version(void)
+{
+    printf("%s %s\n", tool_name, SPC_TOOL_VERSION);
+    return cli_finish(EXIT_DONE);
+}
+
+int cli_finish(int code)
+{
+    if (fflush(stdout) == 0 && !ferror(stdout))
+        return code;
+    fprintf(stderr, "%s: cannot write to standard output: %s\n", tool_name, strerror(errno));
+    return code == EXIT_DONE ? EXIT_FAILED : code;
+}
+
+/* ---- values ------------------------------------------------------------------------------------ */
+
+bool cli_double(const char *text, double *out)
+{
+    char *end = NULL;
+    if (*text == '\0' || strchr(" \t\n", *text) != NULL)
+        return false;
+    *out = strtod(text, &end);
+    return *end == '\0' && isfinite(*out);
+}
+
+bool cli_doubles(const char *text, double *out, int count)
+{
+    char copy[256];
+    char *at = copy;
+    if (strlen(text) >= sizeof copy)
+        return false;
+    strcpy(copy, text);
+    for (int i = 0; i < count; i++) {
+        char *comma = strchr(at, ',');
+        if ((comma == NULL) != (i == count - 1))
+            return false;
+        if (comma != NULL)
+            *comma = '\0';
+        if (!cli_double(at, &out[i]))
+            return false;
+        at = comma + 1;
+    }
+    return true;
+}
+
+bool cli_size(const char *text, uint64_t *bytes)
+{
+    static const char units[] = "KMGT";
+    char number[64];
+    const size_t length = strlen(text);
+    double value = 0, factor = 1;
+    if (length == 0 || length >= sizeof number)
+        return false;
+    strcpy(number, text);
+    const char *unit = strchr(units, number[length - 1] & ~0x20);
+    if (unit != NULL && *unit != '\0') {
+        factor = ldexp(1, 10 * (int)(unit - units + 1));
+        number[length - 1] = '\0';
+    }
+    if (!cli_double(number, &value) || !(value >= 0) || !(value * factor < 0x1p63))
+        return false;
+    *bytes = (uint64_t)(value * factor);
+    return true;
+}
+
+bool cli_u32(const char *text, uint32_t min, uint32_t max, uint32_t *out)
+{
+    char *end = NULL;
+    if (*text < '0' || *text > '9')
+        return false;
+    errno = 0;
+    const unsigned long long v = strtoull(text, &end, 10);
+    if (*end != '\0' || errno != 0 || v < min || v > max)
+        return false;
+    *out = (uint32_t)v;
+    return true;
+}
+
+/* ---- words ------------------------------------------------------------------------------------- */
+
+const char *cli_bytes_text(uint64_t bytes, char text[CLI_TEXT])
+{
+    static const char *const units[] = {"B", "KB", "MB", "GB", "TB"};
+    double v = (double)bytes;
+    int u = 0;
+    while (v >= 1023.5 && u < 4) {
+        v /= 1024;
+        u++;
+    }
+    snprintf(text, CLI_TEXT, u == 0 || v >= 99.95 ? "%.0f %s" : v >= 9.995 ? "%.1f %s" : "%.2f %s", v,
+             units[u]);
+    return text;
+}
+
+const char *cli_count_text(uint64_t count, char text[CLI_TEXT])
+{
+    char digits[CLI_TEXT];
+    const int n = snprintf(digits, sizeof digits, "%llu", (unsigned long long)count);
+    int at = 0;
+    for (int i = 0; i < n; i++) {
+        if (i > 0 && (n - i) % 3 == 0)
+            text[at++] = ' ';
+        text[at++] = digits[i];
+    }
+    text[at] = '\0';
+    return text;
+}
+
+/* ---- progress ---------------------------------------------------------------------------------- */
+
+static struct {
+    enum cli_progress_mode mode;
+    const char *file, *phase;
+    double began, phase_began, shown;
+    bool line;                      /* something stands on the terminal's line */
+} progress = {.mode = CLI_PROGRESS_NEVER};
+
+static volatile sig_atomic_t stopped;
+
+static void on_signal(int number)
+{
+    (void)number;
+    stopped = 1;
+}
+
+void cli_catch_signals(void)
+{
+    struct sigaction action = {.sa_handler = on_signal};
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+}
+
+double cli_seconds(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
+}
+
+bool cli_progress_mode(const char *word, enum cli_progress_mode *mode)
+{
+    static const char *const words[] = {"auto", "always", "never", "json"};
+    for (int i = 0; i < 4; i++)
+        if (strcmp(word, words[i]) == 0) {
+            *mode = (enum cli_progress_mode)i;
+            return true;
+        }
+    return false;
+}
+
+void cli_progress_begin(enum cli_progress_mode mode, const char *file)
+{
+    if (mode == CLI_PROGRESS_AUTO)
+        mode = isatty(STDERR_FILENO) ? CLI_PROGRESS_AUTO : CLI_PROGRESS_NEVER;
+    progress.mode = mode;
+    progress.file = file;
+    progress.phase = NULL;
+    progress.began = cli_seconds();
+    progress.shown = 0;
+    progress.line = false;
+}
+
+static void show(const char *phase, uint64_t done, uint64_t total, double now)
+{
+    const double share = total > 0 ? (double)done / (double)total : 0;
+    const double spent = now - progress.phase_began;
+    const double left = share > 0 ? spent / share - spent : 0;
+    if (progress.mode == CLI_PROGRESS_JSON) {
+        fprintf(stderr, "{\"phase\":\"%s\",\"done\":%llu,\"total\":%llu,\"seconds\":%.1f}\n", phase,
+                (unsigned long long)done, (unsigned long long)total, now - progress.began);
+        return;
+    }
+    fprintf(stderr, "%s%s: %-14s %3.0f %%", progress.mode == CLI_PROGRESS_AUTO ? "\r" : "",
+            tool_name, phase, 100 * share);
+    if (spent > 1 && share > 0.01)
+        fprintf(stderr, ", %.0f s left", left);
+    if (progress.mode == CLI_PROGRESS_AUTO) {
+        fputs("\033[K", stderr);
+        progress.line = true;
+    } else {
+        fputc('\n', stderr);
+    }
+}
+
+int cli_progress(void *ctx, const char *phase, uint64_t done, uint64_t total)
+{
+    (void)ctx;
+    if (stopped)
+        return 1;
+    if (progress.mode == CLI_PROGRESS_NEVER)
+        return 0;
+    const double now = cli_seconds();
+    const bool changed = progress.phase == NULL || strcmp(progress.phase, phase) != 0;
+    if (changed) {
+        progress.phase = phase;
+        progress.phase_began = now;
+    }
+    const bool quiet = progress.mode == CLI_PROGRESS_AUTO
+        ? now - progress.began < 1 || now - progress.shown < 0.2
+        : !changed && now - progress.shown < 1;
+    if (!quiet) {
+        progress.shown = now;
+        show(phase, done, total, now);
+    }
+    return 0;
+}
+
+void cli_progress_end(void)
+{
+    if (progress.line)
+        fputs("\r\033[K", stderr);
+    progress.line = false;
+}

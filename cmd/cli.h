@@ -1,0 +1,64 @@
+/*
+ * cli.h - what the tools share: values of options, messages, progress, exit codes.
+ *
+ * stdout is data, stderr is for people. Libraries never print; these do.
+ */
+#ifndef CLI_H
+#define CLI_H
+
+#include "spc.h"
+
+enum { EXIT_DONE = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, EXIT_INVALID = 3 };
+
+/* Name of the running tool, for messages; set first. */
+void cli_init(const char *tool);
+
+/* "tool: 'file': fault; remedy" on stderr. file and the remedy may be NULL. */
+void cli_error(const char *file, const struct spc_error *err, const char *remedy);
+void cli_warn(const char *file, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
+
+/* "tool: text" and a hint at --help; returns EXIT_USAGE. */
+int cli_usage(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
+
+/* Prints the tool's version as data. Returns EXIT_DONE. */
+int cli_version(void);
+
+/* Flushes stdout; EXIT_FAILED with a message when that fails (a full disk), else code. */
+int cli_finish(int code);
+
+/* ---- values; false when text is not wholly a value in range ------------------------------------ */
+
+bool cli_size(const char *text, uint64_t *bytes);           /* 512M, 1.5G, 100000; K M G are 1024 */
+bool cli_u32(const char *text, uint32_t min, uint32_t max, uint32_t *out);
+bool cli_double(const char *text, double *out);             /* finite */
+bool cli_doubles(const char *text, double *out, int count); /* X,Y,Z */
+
+/* ---- words ------------------------------------------------------------------------------------- */
+
+/* Sizes with a unit (1024), counts with groups of three. Buffers of CLI_TEXT bytes. */
+enum { CLI_TEXT = 32 };
+const char *cli_bytes_text(uint64_t bytes, char text[CLI_TEXT]);
+const char *cli_count_text(uint64_t count, char text[CLI_TEXT]);
+
+/* ---- progress ----------------------------------------------------------------------------------- */
+
+enum cli_progress_mode { CLI_PROGRESS_AUTO, CLI_PROGRESS_ALWAYS, CLI_PROGRESS_NEVER, CLI_PROGRESS_JSON };
+
+/* False for a word that is no mode. */
+bool cli_progress_mode(const char *word, enum cli_progress_mode *mode);
+
+/*
+ * Shows phases as they advance: on a terminal one line, first after a second, then five times a
+ * second; always: a line a change; json: an object a line on stderr.
+ */
+void cli_progress_begin(enum cli_progress_mode mode, const char *file);
+int cli_progress(void *ctx, const char *phase, uint64_t done, uint64_t total);  /* spb_progress.fn */
+void cli_progress_end(void);        /* wipes the line */
+
+/* From now on SIGINT and SIGTERM make cli_progress return non-zero instead of ending the process. */
+void cli_catch_signals(void);
+
+/* Seconds of a clock that only goes forward. */
+double cli_seconds(void);
+
+#endif

@@ -1,0 +1,335 @@
+/* spc-build: a scan becomes an archive. */
+#include "build.h"
+#include "cli.h"
+#include "pool.h"
+
+#include <getopt.h>
+#include <jansson.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+
+static const char HELP[] =
+    "usage: spc-build [options] SCAN -o OUT.spc\n"
+    "Converts a scan (PLY: ascii or binary, faces or triangle strips) to an .spc archive.\n"
+    "\n"
+    "  -o, --output FILE      the archive; not overwritten without --force\n"
+    "      --memory SIZE      memory for building, K M G (default 1G, at least 64M)\n"
+    "      --threads N        threads (default: all cores)\n"
+    "      --temp DIR         folder of temporary files (default: beside the output)\n"
+    "      --force            replace an existing archive, once the new one is complete\n"
+    "      --strict           fail when a face cannot be used, instead of dropping it\n"
+    "      --no-triangles     points only: smaller, but blurred near the eye\n"
+    "      --cull auto|none|back  are back faces never seen? auto: when the surface is closed\n"
+    "      --error bound|paper    errors as proved bounds, or as the thesis defines them\n"
+    "      --codec raw|zstd[:LEVEL]   how blocks are stored (default zstd:1)\n"
+    "      --cluster-nodes N  most nodes a cluster (default 32768)\n"
+    "      --block-nodes N    most nodes a block (default 8192)\n"
+    "      --normal-clusters N    directions nodes are grouped by, 1 to 128 (default 128)\n"
+    "      --progress MODE    auto, always, never or json\n"
+    "      --json             the summary as JSON on standard output\n"
+    "  -q, --quiet            no summary\n"
+    "  -h, --help    -V, --version\n"
+    "\n"
+    "  spc-build statue.ply -o statue.spc\n"
+    "  spc-build --memory 4G --temp /fast huge.ply -o huge.spc\n";
+
+enum { OPT_MEMORY = 256, OPT_THREADS, OPT_TEMP, OPT_FORCE, OPT_STRICT, OPT_NO_TRIANGLES, OPT_CULL,
+       OPT_ERROR, OPT_CODEC, OPT_CLUSTER_NODES, OPT_BLOCK_NODES, OPT_NORMAL_CLUSTERS, OPT_PROGRESS,
+       OPT_JSON, OPT_PART_FACES };
+
+static const struct option LONG[] = {
+    {"output", 1, NULL, 'o'}, {"memory", 1, NULL, OPT_MEMORY},
+    {"threads", 1, NULL, OPT_THREADS}, {"temp", 1, NULL, OPT_TEMP},
+    {"force", 0, NULL, OPT_FORCE}, {"strict", 0, NULL, OPT_STRICT},
+    {"no-triangles", 0, NULL, OPT_NO_TRIANGLES}, {"cull", 1, NULL, OPT_CULL},
+    {"error", 1, NULL, OPT_ERROR}, {"codec", 1, NULL, OPT_CODEC},
+    {"cluster-nodes", 1, NULL, OPT_CLUSTER_NODES}, {"block-nodes", 1, NULL, OPT_BLOCK_NODES},
+    {"normal-clusters", 1, NULL, OPT_NORMAL_CLUSTERS}, {"progress", 1, NULL, OPT_PROGRESS},
+    {"json", 0, NULL, OPT_JSON}, {"quiet", 0, NULL, 'q'},
+    {"part-faces", 1, NULL, OPT_PART_FACES},        /* for tests: many small parts */
+    {"help", 0, NULL, 'h'}, {"version", 0, NULL, 'V'}, {0},
+};
+
+struct arguments {
+    struct spb_build_options build;
+    enum cli_progress_mode progress;
+    bool json, quiet;
+};
+
+static int choose(const char *option, const char *word, const char *const *words, int count,
+                  int *out)
+{
+    for (int i = 0; i < count; i++)
+        if (strcmp(word, words[i]) == 0) {
+            *out = i;
+            return EXIT_DONE;
+        }
+    return cli_usage("--%s does not know '%s'", option, word);
+}
+
+static int parse_codec(const char *word, struct spb_build_options *b)
+{
+    uint32_t level = 1;
+    if (strcmp(word, "raw") == 0) {
+        b->codec = SPC_CODEC_RAW;
+        return EXIT_DONE;
+    }
+    if (strncmp(word, "zstd", 4) != 0 ||
+        (word[4] != '\0' && (word[4] != ':' || !cli_u32(word + 5, 1, 19, &level))))
+        return cli_usage("--codec takes raw, zstd or zstd:1 to zstd:19, not '%s'", word);
+    b->codec = SPC_CODEC_ZSTD;
+    b->level = (int)level;
+    return EXIT_DONE;
+}
+
+static int parse_option(int c, const char *value, struct arguments *a)
+{
+    static const char *const culls[] = {"auto", "none", "back"};
+    static const char *const errors[] = {"bound", "paper"};
+    struct spb_build_options *b = &a->build;
+    uint32_t n = 0;
+    int which = 0, code = EXIT_DONE;
+    switch (c) {
+    case 'o': b->out = value; return EXIT_DONE;
+    case 'q': a->quiet = true; return EXIT_DONE;
+    case OPT_TEMP: b->temp = value; return EXIT_DONE;
+    case OPT_FORCE: b->force = true; return EXIT_DONE;
+    case OPT_STRICT: b->strict = true; return EXIT_DONE;
+    case OPT_NO_TRIANGLES: b->triangles = false; return EXIT_DONE;
+    case OPT_JSON: a->json = true; return EXIT_DONE;
+    case OPT_CODEC: return parse_codec(value, b);
+    case OPT_MEMORY:
+        if (!cli_size(value, &b->memory) || b->memory < (uint64_t)64 << 20)
+            return cli_usage("--memory takes a size of at least 64M, not '%s'", value);
+        return EXIT_DONE;
+    case OPT_THREADS:
+        if (!cli_u32(value, 1, 1024, &n))
+            return cli_usage("--threads takes 1 to 1024, not '%s'", value);
+        b->threads = n;
+        return EXIT_DONE;
+    case OPT_CULL:
+        code = choose("cull", value, culls, 3, &which);
+        b->cull = (enum spb_cull)which;
+        return code;
+    case OPT_ERROR:
+        code = choose("error", value, errors, 2, &which);
+        b->paper_error = which == 1;
+        return code;
+    case OPT_CLUSTER_NODES:
+        if (!cli_u32(value, 16, 1u << 24, &b->cluster_nodes))
+            return cli_usage("--cluster-nodes takes 16 to 16777216, not '%s'", value);
+        return EXIT_DONE;
+    case OPT_BLOCK_NODES:
+        if (!cli_u32(value, 4, 65535, &b->block_nodes))
+            return cli_usage("--block-nodes takes 4 to 65535, not '%s'", value);
+        return EXIT_DONE;
+    case OPT_NORMAL_CLUSTERS:
+        if (!cli_u32(value, 1, 128, &b->normal_clusters))
+            return cli_usage("--normal-clusters takes 1 to 128, not '%s'", value);
+        return EXIT_DONE;
+    case OPT_PART_FACES:
+        if (!cli_u32(value, 1, UINT32_MAX, &n))
+            return cli_usage("--part-faces takes a count, not '%s'", value);
+        b->part_faces = n;
+        return EXIT_DONE;
+    case OPT_PROGRESS:
+        if (!cli_progress_mode(value, &a->progress))
+            return cli_usage("--progress takes auto, always, never or json, not '%s'", value);
+        return EXIT_DONE;
+    default:
+        return cli_usage("unknown option");
+    }
+}
+
+/* ---- metadata and summary ----------------------------------------------------------------------- */
+
+static const char *base_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+/* Names are bytes; JSON is UTF-8: what is not becomes '?'. */
+static json_t *name_json(const char *name)
+{
+    json_t *text = json_string(name);
+    if (text != NULL)
+        return text;
+    char ascii[256];
+    size_t i = 0;
+    for (; name[i] && i < sizeof ascii - 1; i++)
+        ascii[i] = (unsigned char)name[i] < 0x80 ? name[i] : '?';
+    ascii[i] = '\0';
+    return json_string(ascii);
+}
+
+static json_t *source_json(const struct spb_build_options *b, const char *format,
+                           uint64_t vertices, uint64_t faces)
+{
+    return json_pack("{s:o, s:s, s:I, s:I}", "name", name_json(base_name(b->scan)), "format",
+                     format, "vertices", (json_int_t)vertices, "faces", (json_int_t)faces);
+}
+
+static char *make_meta(void *ctx, const struct spc_header *header, const char *format,
+                       uint64_t vertices, uint64_t faces)
+{
+    static const char *const culls[] = {"auto", "none", "back"};
+    const struct spb_build_options *b = ctx;
+    char codec[16] = "raw";
+    (void)header;
+    if (b->codec == SPC_CODEC_ZSTD)
+        snprintf(codec, sizeof codec, "zstd:%d", b->level);
+    json_t *meta = json_pack(
+        "{s:{s:s, s:s}, s:{s:s, s:s, s:s, s:b, s:i, s:i, s:i}, s:[o]}",
+        "generator", "name", "spc-build", "version", SPC_TOOL_VERSION,
+        "options", "error", b->paper_error ? "paper" : "bound", "cull", culls[b->cull], "codec",
+        codec, "triangles", (int)b->triangles, "cluster_nodes", (int)b->cluster_nodes,
+        "block_nodes", (int)b->block_nodes, "normal_clusters", (int)b->normal_clusters,
+        "sources", source_json(b, format, vertices, faces));
+    char *text = meta ? json_dumps(meta, JSON_COMPACT) : NULL;
+    json_decref(meta);
+    return text;
+}
+
+struct cost {
+    double wall, cpu;
+    uint64_t peak_bytes;
+};
+
+static struct cost cost_since(double began)
+{
+    struct rusage use;
+    getrusage(RUSAGE_SELF, &use);
+    return (struct cost){
+        cli_seconds() - began,
+        (double)(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +
+            (double)(use.ru_utime.tv_usec + use.ru_stime.tv_usec) * 1e-6,
+        (uint64_t)use.ru_maxrss * 1024,
+    };
+}
+
+static void warn_dropped(const struct spb_build_options *b, const struct spb_build_report *r)
+{
+    const struct spc_header *h = &r->header;
+    const struct { uint64_t count; const char *why; } drops[] = {
+        {h->dropped_bad_index, "with an index that names no vertex"},
+        {h->dropped_non_finite, "with a vertex that is not finite"},
+        {h->dropped_degenerate, "with fewer than 3 distinct corners"},
+    };
+    for (size_t i = 0; i < 3; i++)
+        if (drops[i].count > 0)
+            cli_warn(b->scan, "dropped %llu face%s %s", (unsigned long long)drops[i].count,
+                     drops[i].count == 1 ? "" : "s", drops[i].why);
+    if (r->remark[0] != '\0')
+        cli_warn(b->scan, "%s", r->remark);
+}
+
+static void print_summary(const struct spb_build_options *b, const struct spb_build_report *r,
+                          const struct cost *c)
+{
+    char a[CLI_TEXT], d[CLI_TEXT], e[CLI_TEXT], f[CLI_TEXT];
+    const struct spc_header *h = &r->header;
+    fprintf(stderr, "%s: %s triangles, %s nodes in %u clusters, %s (%.2f bytes a triangle)\n",
+            b->out, cli_count_text(h->leaf_count, a), cli_count_text(h->node_count, d),
+            h->cluster_count, cli_bytes_text(h->file_bytes, e),
+            (double)h->file_bytes / (double)h->leaf_count);
+    fprintf(stderr, "  %.2f s, %.2f s CPU, peak memory %s, temporary files %s written, %u part%s\n",
+            c->wall, c->cpu, cli_bytes_text(c->peak_bytes, e), cli_bytes_text(r->temp_written, f),
+            r->parts, r->parts == 1 ? "" : "s");
+}
+
+static void print_json(const struct spb_build_options *b, const struct spb_build_report *r,
+                       const struct cost *c)
+{
+    const struct spc_header *h = &r->header;
+    json_t *out = json_pack(
+        "{s:o, s:[o], s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:b, s:{s:I, s:I, s:I}}",
+        "output", name_json(b->out), "sources", source_json(b, r->format, r->vertices, r->faces),
+        "faces_in", (json_int_t)h->faces_in, "split_extra", (json_int_t)h->split_extra, "points_in",
+        (json_int_t)h->points_in, "leaves", (json_int_t)h->leaf_count, "nodes",
+        (json_int_t)h->node_count, "clusters", (json_int_t)h->cluster_count, "file_bytes",
+        (json_int_t)h->file_bytes, "closed", (int)r->closed, "dropped", "bad_index",
+        (json_int_t)h->dropped_bad_index, "non_finite", (json_int_t)h->dropped_non_finite,
+        "degenerate", (json_int_t)h->dropped_degenerate);
+    json_t *spent = json_pack("{s:f, s:f, s:I, s:I, s:I, s:i}", "wall_s", c->wall, "cpu_s", c->cpu,
+                              "peak_bytes", (json_int_t)c->peak_bytes, "temp_written_bytes",
+                              (json_int_t)r->temp_written, "temp_read_bytes",
+                              (json_int_t)r->temp_read, "parts", (int)r->parts);
+    json_object_update_new(out, spent);
+    json_dumpf(out, stdout, JSON_INDENT(2));
+    putchar('\n');
+    json_decref(out);
+}
+
+static const char *remedy_for(const struct spc_error *err, bool in_scan)
+{
+    switch (err->status) {
+    case SPC_EXISTS: return "--force replaces it";
+    case SPC_BUSY: return "wait for it, or choose another name";
+    case SPC_NO_MEMORY: return "a smaller --memory or fewer --threads may help";
+    case SPC_INPUT_TRUNCATED: return "copy or export the scan again";
+    case SPC_INPUT_BAD: return "without --strict they are dropped";
+    case SPC_IO: return in_scan || err->os_errno == 0 ? NULL
+                        : err->os_errno == 28 /* ENOSPC */ ? "free some space, or use --temp"
+                                                           : NULL;
+    default: return NULL;
+    }
+}
+
+static int build_one(struct arguments *a)
+{
+    struct spb_build_report report;
+    struct spc_error err = {0};
+    bool in_scan = false;
+    const double began = cli_seconds();
+    a->build.meta = make_meta;
+    a->build.meta_ctx = &a->build;
+    a->build.progress = (struct spb_progress){cli_progress, NULL};
+    cli_catch_signals();
+    cli_progress_begin(a->progress, a->build.scan);
+    const enum spc_status status = spb_build(&a->build, &report, &in_scan, &err);
+    cli_progress_end();
+    if (status != SPC_OK) {
+        cli_error(in_scan ? a->build.scan : a->build.out, &err, remedy_for(&err, in_scan));
+        return EXIT_FAILED;
+    }
+    const struct cost cost = cost_since(began);
+    warn_dropped(&a->build, &report);
+    if (a->json)
+        print_json(&a->build, &report, &cost);
+    if (!a->quiet)
+        print_summary(&a->build, &report, &cost);
+    return cli_finish(EXIT_DONE);
+}
+
+int main(int argc, char **argv)
+{
+    struct arguments a = {.progress = CLI_PROGRESS_AUTO};
+    int c;
+    cli_init("spc-build");
+    spb_build_defaults(&a.build);
+    opterr = 0;
+    while ((c = getopt_long(argc, argv, "o:qhV", LONG, NULL)) != -1) {
+        if (c == 'h') {
+            fputs(HELP, stdout);
+            return cli_finish(EXIT_DONE);
+        }
+        if (c == 'V')
+            return cli_version();
+        if (c == '?')
+            return cli_usage("'%s' is no option, or lacks its value", argv[optind - 1]);
+        const int code = parse_option(c, optarg, &a);
+        if (code != EXIT_DONE)
+            return code;
+    }
+    if (optind == argc)
+        return cli_usage("no scan is named");
+    if (optind + 1 < argc)
+        return cli_usage("one scan at a time: '%s' is left over", argv[optind + 1]);
+    if (a.build.out == NULL)
+        return cli_usage("no output is named (-o OUT.spc)");
+    a.build.scan = argv[optind];
+    return build_one(&a);
+}

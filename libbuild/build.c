@@ -1,0 +1,335 @@
+#include "build.h"
+
+#include "faces.h"
+#include "pool.h"
+#include "top.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void spb_build_defaults(struct spb_build_options *options)
+{
+    *options = (struct spb_build_options){
+        .triangles = true,
+        .codec = SPC_CODEC_ZSTD,
+        .level = 1,
+        .cluster_nodes = 32768,
+        .block_nodes = 8192,
+        .normal_clusters = 128,
+        .memory = (uint64_t)1 << 30,
+    };
+}
+
+struct build {
+    const struct spb_build_options *options;
+    struct spb_build_report *report;
+    struct spb_progress progress;
+    struct spb_source *source;
+    struct spb_vertices vertices;
+    struct spb_space space;
+    struct spb_face_stats stats;
+    struct spb_tmpfile *faces_file, *spool_file;
+    struct spb_distributor distributor;
+    struct spb_plan plan;
+    struct spb_spool *spool;
+    struct spb_pack_shared shared;
+    struct spb_part_tree *part_trees;
+    struct spc_writer *writer;
+    uint32_t root, height;
+    unsigned threads;
+    uint64_t part_faces;
+    bool in_scan;                   /* the stage under way reads the scan: errors are its */
+};
+
+/* ---- reading ----------------------------------------------------------------------------------- */
+
+static enum spc_status open_source(struct build *b, struct spc_error *err)
+{
+    b->in_scan = true;
+    enum spc_status status = spb_source_open(b->options->scan, &b->source, err);
+    if (status != SPC_OK)
+        return status;
+    const struct spb_source_info *info = spb_source_info(b->source);
+    snprintf(b->report->format, sizeof b->report->format, "%s", info->format);
+    b->report->vertices = info->vertex_count;
+    b->report->faces = info->face_count;
+    if (info->face_count == 0)
+        return spc_fail(err, SPC_INPUT_EMPTY, SPC_NO_OFF,
+                        "it holds %llu points without faces; only triangle meshes can be converted",
+                        (unsigned long long)info->vertex_count);
+    return SPC_OK;
+}
+
+static enum spc_status read_vertices(struct build *b, struct spc_error *err)
+{
+    const enum spc_status status =
+        spb_vertices_read(b->source, &b->progress, &b->vertices, err);
+    if (status != SPC_OK)
+        return status;
+    b->report->vertices_non_finite = b->vertices.non_finite;
+    if (b->vertices.non_finite == b->vertices.count)
+        return spc_fail(err, SPC_INPUT_EMPTY, SPC_NO_OFF, "it holds no vertex with finite coordinates");
+    for (int a = 0; a < 3; a++)
+        if (b->vertices.max[a] - b->vertices.min[a] > 0x1p1000)
+            return spc_fail(err, SPC_INPUT_BAD, SPC_NO_OFF,
+                            "its coordinates span more than a double can measure");
+    spb_space_init(&b->space, b->vertices.min, b->vertices.max);
+    return SPC_OK;
+}
+
+/*
+ * A part in memory takes its records, keys and nodes, about BYTES_A_FACE in all; every thread
+ * builds one. More parts than threads keep the cores busy to the end.
+ */
+enum { BYTES_A_FACE = 400, PART_FACES_MIN = 4096, PART_FACES_EVEN = 65536 };
+
+static void choose_part_size(struct build *b)
+{
+    const uint64_t faces = spb_source_info(b->source)->strips ? b->vertices.count * 2
+                                                              : b->report->faces;
+    uint64_t even = faces / (4 * (uint64_t)b->threads);
+    if (even < PART_FACES_EVEN)
+        even = PART_FACES_EVEN;
+    b->part_faces = b->options->memory / BYTES_A_FACE / b->threads;
+    if (b->part_faces > even)
+        b->part_faces = even;
+    if (b->part_faces < PART_FACES_MIN)
+        b->part_faces = PART_FACES_MIN;
+    if (b->options->part_faces > 0)
+        b->part_faces = b->options->part_faces;
+}
+
+/* A part should be some four cells wide; a surface of n parts is about sqrt(n) parts wide. */
+static int cells_log2(const struct build *b)
+{
+    const uint64_t faces = spb_source_info(b->source)->strips ? b->vertices.count * 2
+                                                              : b->report->faces;
+    const uint64_t parts = faces / b->part_faces + 1;
+    int log2 = 0;
+    if (parts == 1)
+        return 0;
+    while (log2 < SPB_CELLS_LOG2_MAX && (uint64_t)1 << 2 * (log2 - 2 > 0 ? log2 - 2 : 0) < parts)
+        log2++;
+    return log2;
+}
+
+static enum spc_status read_faces(struct build *b, const char *temp, struct spc_error *err)
+{
+    const struct spb_record_format format =
+        spb_record_format(b->vertices.wide, b->vertices.colors);
+    double min[3], max[3];
+    for (int a = 0; a < 3; a++) {
+        min[a] = spb_space_from_file(&b->space, a, b->vertices.min[a]);
+        max[a] = spb_space_from_file(&b->space, a, b->vertices.max[a]);
+    }
+    b->in_scan = false;
+    enum spc_status status = spb_tmpfile_create(temp, &b->faces_file, err);
+    if (status == SPC_OK)
+        status = spb_distributor_init(&b->distributor, b->faces_file, &format, min, max,
+                                      cells_log2(b), err);
+    b->in_scan = status == SPC_OK;
+    if (status == SPC_OK)
+        status = spb_faces_read(b->source, &b->vertices, &b->space, &b->distributor, &b->stats,
+                                &b->progress, err);
+    if (status != SPC_OK)
+        return status;
+    snprintf(b->report->remark, sizeof b->report->remark, "%s", spb_source_remark(b->source));
+    const uint64_t dropped = b->stats.bad_index + b->stats.non_finite + b->stats.degenerate;
+    if (b->stats.kept == 0)
+        return spc_fail(err, SPC_INPUT_EMPTY, SPC_NO_OFF, "it holds no usable triangle (%llu dropped)",
+                        (unsigned long long)dropped);
+    if (b->options->strict && dropped > 0)
+        return spc_fail(err, SPC_INPUT_BAD, SPC_NO_OFF,
+                        "%llu faces cannot be used: %llu with a bad index, %llu with a non-finite "
+                        "vertex, %llu with fewer than 3 distinct corners",
+                        (unsigned long long)dropped, (unsigned long long)b->stats.bad_index,
+                        (unsigned long long)b->stats.non_finite,
+                        (unsigned long long)b->stats.degenerate);
+    spb_space_set_vertices(&b->space, spb_face_short_edge(&b->stats));
+    spb_vertices_release(&b->vertices);
+    return SPC_OK;
+}
+
+/* ---- building ---------------------------------------------------------------------------------- */
+
+static uint32_t archive_flags(struct build *b, bool colors)
+{
+    b->report->closed = b->stats.edge_sum == 0 && b->stats.volume > 0;
+    uint32_t flags = 0;
+    if (b->options->triangles)
+        flags |= SPC_FLAG_TRIANGLES;
+    if (colors)
+        flags |= SPC_FLAG_COLORS;
+    if (b->options->paper_error)
+        flags |= SPC_FLAG_ERROR_PAPER;
+    if (b->options->cull == SPB_CULL_BACK ||
+        (b->options->cull == SPB_CULL_AUTO && b->report->closed))
+        flags |= SPC_FLAG_CULL_BACK;
+    return flags;
+}
+
+static enum spc_status build_part(void *ctx, size_t i, struct spc_error *err)
+{
+    struct build *b = ctx;
+    return spb_part_build(&b->plan.parts[i], b->faces_file, &b->shared, &b->part_trees[i], err);
+}
+
+static int part_done(void *ctx, size_t done)
+{
+    const struct build *b = ctx;
+    return spb_progress_tell(&b->progress, "build parts", done, b->plan.part_count);
+}
+
+static enum spc_status build_tree(struct build *b, const char *temp, struct spc_error *err)
+{
+    const struct spb_record_format format = b->distributor.format;
+    const struct spb_build_options *o = b->options;
+    const struct spb_pack_options pack = {
+        .cluster_nodes = o->cluster_nodes, .block_nodes = o->block_nodes,
+        .normal_clusters = o->normal_clusters, .flags = archive_flags(b, format.colors),
+        .codec = o->codec, .level = o->level,
+    };
+    b->report->header.flags = pack.flags;
+    enum spc_status status =
+        spb_plan_make(&b->plan, &b->distributor, &b->space, b->part_faces, err);
+    if (status == SPC_OK)
+        status = spb_tmpfile_create(temp, &b->spool_file, err);
+    if (status == SPC_OK)
+        status = spb_spool_create(b->spool_file, &b->spool, err);
+    if (status == SPC_OK)
+        status = spb_pack_shared_init(&b->shared, &pack, &b->space, b->spool, &format, err);
+    if (status != SPC_OK)
+        return status;
+    b->report->parts = b->plan.part_count;
+    b->part_trees = calloc(b->plan.part_count, sizeof *b->part_trees);
+    if (b->part_trees == NULL)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the parts");
+    status = spb_pool_run(b->plan.part_count, b->threads, build_part, part_done, b, err);
+    if (status == SPC_OK)
+        status = spb_top_build(&b->plan, b->part_trees, &b->shared, &b->root, &b->height, err);
+    return status;
+}
+
+/* ---- writing ----------------------------------------------------------------------------------- */
+
+/* Snapping keeps order: the box of the snapped vertices is the snapped box. */
+static void fill_box(const struct build *b, struct spc_header *h)
+{
+    for (int a = 0; a < 3; a++) {
+        const double *ends[2] = {b->stats.min, b->stats.max};
+        double *out[2] = {h->box_min, h->box_max};
+        for (int e = 0; e < 2; e++)
+            out[e][a] = ldexp(spb_space_snap(&b->space, ends[e][a]) +
+                                  (double)spb_space_origin_number(&b->space, a),
+                              b->space.vertex_exp);
+    }
+}
+
+static void fill_header(struct build *b, struct spc_header *h)
+{
+    const struct spb_face_stats *s = &b->stats;
+    spb_spool_count(b->spool, h);
+    fill_box(b, h);
+    h->triangle_count = h->flags & SPC_FLAG_TRIANGLES ? h->leaf_count : 0;
+    h->cluster_nodes = b->options->cluster_nodes;
+    h->block_nodes = b->options->block_nodes;
+    h->normal_clusters = b->options->normal_clusters;
+    h->height = b->height;
+    h->unit_exp = b->space.unit_exp;
+    h->vertex_exp = b->space.vertex_exp;
+    h->faces_in = s->faces_in;
+    h->split_extra = s->split_extra;
+    h->dropped_bad_index = s->bad_index;
+    h->dropped_non_finite = s->non_finite;
+    h->dropped_degenerate = s->degenerate;
+}
+
+static enum spc_status write_archive(struct build *b, struct spc_error *err)
+{
+    struct spc_header *h = &b->report->header;
+    fill_header(b, h);
+    char *meta = b->options->meta
+        ? b->options->meta(b->options->meta_ctx, h, b->report->format, b->report->vertices,
+                           b->report->faces)
+        : strdup("{}");
+    if (meta == NULL)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the metadata");
+    enum spc_status status = spc_writer_begin(b->writer, h, strlen(meta), err);
+    if (status == SPC_OK)
+        status = spb_spool_write(b->spool, b->root, b->writer, &b->progress, err);
+    if (status == SPC_OK)
+        status = spc_writer_finish(b->writer, h, meta, err);
+    free(meta);
+    return status;
+}
+
+/* Folder of the output: temporary files lie beside it, on the same disk. */
+static char *folder_of(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    if (slash == NULL)
+        return strdup(".");
+    return slash == path ? strdup("/") : strndup(path, (size_t)(slash - path));
+}
+
+static void release(struct build *b)
+{
+    for (uint32_t i = 0; b->part_trees != NULL && i < b->plan.part_count; i++)
+        spb_part_tree_release(&b->part_trees[i]);
+    free(b->part_trees);
+    for (uint32_t i = 0; i < b->distributor.bucket_count; i++)
+        spb_bucket_free(b->distributor.buckets[i]);
+    spb_distributor_release(&b->distributor);
+    spb_plan_release(&b->plan);
+    spb_pack_shared_release(&b->shared);
+    spb_spool_free(b->spool);
+    spb_tmpfile_free(b->faces_file);
+    spb_tmpfile_free(b->spool_file);
+    spb_vertices_release(&b->vertices);
+    spb_source_close(b->source);
+    spc_writer_close(b->writer);
+}
+
+enum spc_status spb_build(const struct spb_build_options *options, struct spb_build_report *report,
+                          bool *in_scan, struct spc_error *err)
+{
+    struct build b = {.options = options, .report = report, .progress = options->progress};
+    *report = (struct spb_build_report){0};
+    b.threads = options->threads ? options->threads : spb_pool_cores();
+    char *temp = options->temp ? strdup(options->temp) : folder_of(options->out);
+    enum spc_status status = SPC_OK;
+    if (temp == NULL)
+        status = spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to start");
+    if (status == SPC_OK)
+        status = open_source(&b, err);
+    if (status == SPC_OK) {
+        b.in_scan = false;          /* before the long work: a target that cannot be written */
+        status = spc_writer_create(options->out, options->force, &b.writer, err);
+        b.in_scan = status == SPC_OK;
+    }
+    if (status == SPC_OK)
+        status = read_vertices(&b, err);
+    if (status == SPC_OK) {
+        choose_part_size(&b);
+        status = read_faces(&b, temp, err);
+    }
+    if (status == SPC_OK) {
+        b.in_scan = false;
+        status = build_tree(&b, temp, err);
+    }
+    if (status == SPC_OK)
+        status = write_archive(&b, err);
+    if (b.faces_file && b.spool_file) {
+        report->temp_written = spb_tmpfile_bytes_written(b.faces_file) +
+                               spb_tmpfile_bytes_written(b.spool_file);
+        report->temp_read = spb_tmpfile_bytes_read(b.faces_file) +
+                            spb_tmpfile_bytes_read(b.spool_file);
+    }
+    if (in_scan != NULL)
+        *in_scan = b.in_scan;
+    release(&b);
+    free(temp);
+    return status;
+}

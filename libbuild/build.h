@@ -1,0 +1,64 @@
+/*
+ * build.h - a scan becomes an archive.
+ *
+ * Stages, a file each, in the order the data flows: source.h (ply.h) reads, vertices.h and faces.h
+ * gather, distribute.h puts faces on disk by place, plan.h finds the parts, top.h builds them and
+ * what is above (split.h, tree.h), pack.h makes clusters, spool.h keeps them until the archive is
+ * written.
+ */
+#ifndef SPB_BUILD_H
+#define SPB_BUILD_H
+
+#include "progress.h"
+#include "spc.h"
+
+enum spb_cull { SPB_CULL_AUTO, SPB_CULL_NONE, SPB_CULL_BACK };
+
+struct spb_build_options {          /* spb_build_defaults, then change */
+    const char *scan, *out;         /* paths */
+    const char *temp;               /* folder of temporary files; NULL: the output's */
+    bool force;                     /* replace an existing archive */
+    bool strict;                    /* dropped faces are a failure: SPC_INPUT_BAD */
+    bool triangles;                 /* keep them for drawing near the eye */
+    bool paper_error;
+    enum spb_cull cull;
+    enum spc_codec codec;
+    int level;
+    uint32_t cluster_nodes, block_nodes, normal_clusters;
+    uint64_t memory;                /* bytes; bounds the parts that are built at once */
+    uint64_t part_faces;            /* 0: from memory; tests force many small parts */
+    unsigned threads;               /* 0: all cores */
+    struct spb_progress progress;
+    /*
+     * Makes the metadata: JSON text from malloc, which the build frees; NULL: out of memory.
+     * Must depend on the scan and on options that shape the bytes alone (I10).
+     */
+    char *(*meta)(void *ctx, const struct spc_header *header, const char *format,
+                  uint64_t vertices, uint64_t faces);
+    void *meta_ctx;
+};
+
+struct spb_build_report {           /* for the summary; valid after success */
+    struct spc_header header;
+    char format[32];                /* of the scan */
+    uint64_t vertices, faces;       /* declared in the scan */
+    uint64_t vertices_non_finite;
+    uint32_t parts;
+    uint64_t temp_written, temp_read;
+    char remark[200];               /* what the reader wants to be known, or "" */
+    bool closed;                    /* every edge meets its reverse, volume is positive */
+};
+
+void spb_build_defaults(struct spb_build_options *options);
+
+/*
+ * Builds options->out from options->scan. On failure no file has the target's name that had it
+ * not before, and an old target is untouched.
+ *
+ * fails  SPC_EXISTS, SPC_BUSY, SPC_IO, SPC_NO_MEMORY, SPC_CANCELLED, SPC_INPUT_*; err->what names
+ *        no file: errors of reading the scan have at_file 1 in *in_scan (may be NULL)
+ */
+enum spc_status spb_build(const struct spb_build_options *options, struct spb_build_report *report,
+                          bool *in_scan, struct spc_error *err);
+
+#endif

@@ -1,0 +1,101 @@
+/*
+ * combine.c - an inner node from its children.
+ *
+ * Averages run in child order and use only correctly rounded operations, so the same children
+ * give the same node anywhere. R and H each are the smaller of a bound over the children's pills
+ * and one over the box of all triangles below: the first is tight for flat families, the second
+ * does not grow from level to level. Measured, the box alone draws 5-10 % fewer nodes.
+ */
+#include "tree.h"
+
+#include "vec.h"
+
+#include <string.h>
+
+static const double OUTWARD = 1 + 0x1p-44;
+
+static void average(const struct spb_node *children, uint32_t count, struct spb_node *out)
+{
+    double weights[SPB_CHILDREN_MAX], sum = 0, n[3] = {0, 0, 0}, color[4] = {0, 0, 0, 0};
+    for (uint32_t i = 0; i < count; i++)
+        out->area += children[i].area;
+    for (uint32_t i = 0; i < count; i++) {
+        weights[i] = out->area > 0 ? children[i].area : 1;
+        sum += weights[i];
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        double m[3];
+        spc_normal_decode(children[i].normal, m);
+        for (int a = 0; a < 3; a++) {
+            out->center[a] += weights[i] / sum * children[i].center[a];
+            n[a] += weights[i] / sum * m[a];
+        }
+        for (int a = 0; a < 4; a++)
+            color[a] += weights[i] / sum * children[i].rgba[a];
+    }
+    out->normal = spc_normal_encode(n);
+    for (int a = 0; a < 4; a++)
+        out->rgba[a] = (uint8_t)(color[a] + 0.5);
+}
+
+static void join_boxes(const struct spb_node *children, uint32_t count, float box[6])
+{
+    memcpy(box, children[0].box, sizeof children[0].box);
+    for (uint32_t i = 1; i < count; i++)
+        for (int a = 0; a < 3; a++) {
+            box[a] = fminf(box[a], children[i].box[a]);
+            box[a + 3] = fmaxf(box[a + 3], children[i].box[a + 3]);
+        }
+}
+
+static void bound_pill(const struct spb_node *children, uint32_t count, struct spb_node *out)
+{
+    double n[3], far[3], R = 0, H = 0;
+    spc_normal_decode(out->normal, n);
+    for (uint32_t i = 0; i < count; i++) {
+        double d[3], m[3];
+        vec_sub(children[i].center, out->center, d);
+        spc_normal_decode(children[i].normal, m);
+        const double c = fmin(1, fabs(vec_dot(n, m)));
+        R = fmax(R, vec_length(d) + children[i].radius);
+        H = fmax(H, fabs(vec_dot(d, n)) + children[i].height * c +
+                        children[i].radius * sqrt(1 - c * c));
+    }
+    for (int a = 0; a < 3; a++)
+        far[a] = fmax((double)out->box[a + 3] - out->center[a],
+                      out->center[a] - (double)out->box[a]);
+    const double box_H = fabs(n[0]) * far[0] + fabs(n[1]) * far[1] + fabs(n[2]) * far[2];
+    out->radius = fmin(R, vec_length(far)) * OUTWARD;
+    out->height = fmin(out->radius, (fmin(H, box_H) + 0x1p-48 * out->radius) * OUTWARD);
+}
+
+/* cos(a + b) of the angle a between the normals and the half angle b of the child's cone. */
+static float join_cones(const struct spb_node *children, uint32_t count, const double n[3])
+{
+    float cone = 1;
+    for (uint32_t i = 0; i < count; i++) {
+        double m[3];
+        spc_normal_decode(children[i].normal, m);
+        const double a = fmax(-1, fmin(1, vec_dot(n, m)));
+        const double b = (double)children[i].cone;
+        if (b <= -1 || a <= -b)     /* past 180 degrees */
+            return -1;
+        const double both = a * b - sqrt(1 - a * a) * sqrt(1 - b * b);
+        cone = fminf(cone, float_below(both - 1e-7));
+    }
+    return cone < -1 ? -1 : cone;
+}
+
+void spb_node_combine(const struct spb_node *children, uint32_t count, bool paper,
+                      struct spb_node *out)
+{
+    double n[3];
+    memset(out, 0, sizeof *out);
+    average(children, count, out);
+    spc_normal_decode(out->normal, n);
+    join_boxes(children, count, out->box);
+    bound_pill(children, count, out);
+    out->cone = join_cones(children, count, n);
+    out->reach = paper ? spb_paper_error(out, children, count)
+                       : spb_reach_bound(out, children, count) * OUTWARD;
+}

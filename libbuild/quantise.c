@@ -1,0 +1,229 @@
+/*
+ * quantise.c - decoded values of a cluster's nodes, and the errors and links that hold for them.
+ *
+ * A centre moves to a lattice of about 1/32 of its radius, R and H grow by what it moved, and the
+ * error by twice that, so every promise holds for what a viewer decodes. Errors become final here,
+ * bottom-up, children before parents, in codes: e_self of a node is never below a child's.
+ *
+ * A cluster's owner lies in the parent cluster, which is quantised later. The tops need the
+ * owner's error and position now, so they are declared: the owner may move by at most owner_shift,
+ * and its error counts on all of it. No lattice step exceeds max(radius / 32, 2^-15, ulp): see
+ * choose_lattice.
+ */
+#include "pack_int.h"
+
+#include "vec.h"
+
+#include <assert.h>
+#include <string.h>
+
+enum {
+    STEP_BITS = 5,                  /* steps per radius: 2^5 to 2^6 */
+    STEP_COARSEST = -15,            /* of a 16-bit lattice over the whole scan */
+    DIAGONAL_MAX = 8,               /* of any cluster's box: centres in [0, 1], radii below 2 */
+};
+static const double OUTWARD = 1 + 0x1p-44;
+static const double HALF_DIAGONAL = 0.8661;         /* above sqrt(3) / 2 */
+
+static int exponent_of(double v)    /* v < 2^e */
+{
+    int e = 0;
+    frexp(v, &e);
+    return e;
+}
+
+static int finest_step(const struct pack *p)
+{
+    return p->shared->space->ulp_exp - p->shared->space->unit_exp;
+}
+
+/* Step that a radius asks for, before the limits of cluster and coordinates. */
+static int wanted_step(double radius)
+{
+    return radius > 0 ? exponent_of(radius) - 1 - STEP_BITS : -1000;
+}
+
+struct lattice {
+    int finest, coarsest;           /* steps: 16 bits reach over the cluster; divides the origin */
+};
+
+static struct lattice choose_lattice(struct pack *p)
+{
+    double min[3], max[3], side = 0;
+    int wanted = -1000;
+    for (int a = 0; a < 3; a++) {
+        min[a] = HUGE_VAL;
+        max[a] = -HUGE_VAL;
+    }
+    for (uint32_t i = 0; i < p->node_count; i++) {
+        const struct spb_node *n = &p->tree->nodes[p->nodes[i].node];
+        const int step = wanted_step(n->radius);
+        wanted = step > wanted ? step : wanted;
+        for (int a = 0; a < 3; a++) {
+            min[a] = fmin(min[a], n->center[a]);
+            max[a] = fmax(max[a], n->center[a]);
+        }
+    }
+    for (int a = 0; a < 3; a++)
+        side = fmax(side, max[a] - min[a]);
+    /* One huge disk must not push the origin so far off that small ones lose their bits. */
+    int cap = side > 0 ? exponent_of(side) - 3 : 0;
+    cap = cap < -30 ? -30 : cap;
+    struct lattice l = {finest_step(p), wanted < cap ? wanted : cap};
+    if (l.coarsest < l.finest)
+        l.coarsest = l.finest;
+    for (;;) {
+        double reach = 0;
+        for (int a = 0; a < 3; a++) {
+            p->origin[a] = ldexp(floor(ldexp(min[a], -l.coarsest)), l.coarsest);
+            reach = fmax(reach, max[a] - p->origin[a] + ldexp(1, l.coarsest - 1));
+        }
+        const int step = exponent_of(reach / 65535);
+        l.finest = step > l.finest ? step : l.finest;
+        if (l.finest <= l.coarsest)
+            return l;
+        l.coarsest = l.finest;
+    }
+}
+
+static double far_corner(const struct spb_node *n, const double c[3], double out[3])
+{
+    for (int a = 0; a < 3; a++)
+        out[a] = fmax((double)n->box[a + 3] - c[a], c[a] - (double)n->box[a]);
+    return vec_length(out);
+}
+
+/* Decoded centre, R and H of one node. Returns how far the centre moved. */
+static double quantise_pill(struct pack_node *q, const struct spb_node *n, const struct lattice *l)
+{
+    double shift[3], normal[3], far[3];
+    q->step_exp = wanted_step(n->radius);
+    q->step_exp = q->step_exp > l->coarsest ? l->coarsest : q->step_exp;
+    q->step_exp = q->step_exp < l->finest ? l->finest : q->step_exp;
+    for (int a = 0; a < 3; a++)
+        q->center[a] = ldexp(floor(ldexp(n->center[a], -q->step_exp) + 0.5), q->step_exp);
+    vec_sub(q->center, n->center, shift);
+    const double moved = vec_length(shift);
+    const double radius = fmin(n->radius + moved, far_corner(n, q->center, far)) * OUTWARD;
+    q->radius_code = spc_len_encode_up(radius);
+    q->radius = (double)spc_len_decode(q->radius_code);
+    spc_normal_decode(n->normal, normal);
+    const double slab = fabs(normal[0]) * far[0] + fabs(normal[1]) * far[1] +
+                        fabs(normal[2]) * far[2];
+    double height = fmin(n->height + fabs(vec_dot(normal, shift)), slab);
+    height = fmin(height * OUTWARD + 0x1p-48 * q->radius, q->radius);
+    int code = (int)(height / q->radius * 256) - 2;
+    code = q->radius > 0 && code > 0 ? code : 0;
+    while (code < 255 && q->radius * (code + 1) / 256 < height)
+        code++;
+    q->height_code = (uint8_t)code;
+    q->height = q->radius * (code + 1) / 256;
+    return moved * OUTWARD;
+}
+
+static uint16_t larger(uint16_t a, uint16_t b)
+{
+    return a > b ? a : b;
+}
+
+/* e_self: bounds both distances between disk and triangles; see bound.c. */
+static uint16_t own_error(const struct pack *p, const struct spb_node *n, double radius,
+                          double height, double moved)
+{
+    if (p->shared->options.flags & SPC_FLAG_ERROR_PAPER)
+        return spc_len_encode_up(n->reach);
+    const double reach = fmin(n->reach + moved + fmax(0, radius - n->radius), 2 * radius);
+    return spc_len_encode_up(fmax(reach, height) * OUTWARD);
+}
+
+static uint16_t error_below(const struct pack *p, const struct pack_node *q,
+                            const struct spb_node *n)
+{
+    uint16_t e = n->owner ? n->e_below : SPC_LEN_ZERO;
+    for (uint32_t k = 0; k < n->child_count && !n->owner; k++)
+        e = larger(e, p->nodes[q->child_first + k].e_self);
+    return e;
+}
+
+static void declare_owner(struct pack *p)
+{
+    const struct spb_node *n = p->owner;
+    if (n == NULL) {
+        p->owner_e = SPC_LEN_ROOT;
+        return;
+    }
+    int step = wanted_step(n->radius);
+    step = step < STEP_COARSEST ? STEP_COARSEST : step;
+    step = step < finest_step(p) ? finest_step(p) : step;
+    p->owner_shift = ldexp(HALF_DIAGONAL, step);
+    p->owner_radius = (double)spc_len_decode(
+        spc_len_encode_up((n->radius + p->owner_shift) * OUTWARD * OUTWARD));
+    const double height = fmin(p->owner_radius,
+                               (n->height + p->owner_shift + p->owner_radius / 128) * OUTWARD);
+    p->owner_e = own_error(p, n, p->owner_radius, height, p->owner_shift);
+    for (uint32_t k = 0; k < n->child_count; k++)
+        p->owner_e = larger(p->owner_e, p->nodes[k].e_self);
+}
+
+static void measure_box(struct pack *p)
+{
+    double square = 0;
+    for (int a = 0; a < 3; a++) {
+        p->box[a] = HUGE_VALF;
+        p->box[a + 3] = -HUGE_VALF;
+        for (uint32_t i = 0; i < p->node_count; i++) {
+            const double at = p->nodes[i].center[a] - p->origin[a];
+            p->box[a] = fminf(p->box[a], float_below(at - p->nodes[i].radius));
+            p->box[a + 3] = fmaxf(p->box[a + 3], float_above(at + p->nodes[i].radius));
+        }
+        const double side = (double)p->box[a + 3] - (double)p->box[a];
+        square += side * side;
+    }
+    p->diagonal = sqrt(square);
+    assert(p->diagonal <= DIAGONAL_MAX);
+}
+
+/* L of I4: distance to the parent's centre, its radius beyond the node's, and float32's share. */
+static double link_of(const struct pack *p, const struct pack_node *q)
+{
+    double distance, radius, diagonals = p->diagonal;
+    if (q->parent != PACK_OWNER) {
+        const struct pack_node *parent = &p->nodes[q->parent];
+        distance = vec_distance(q->center, parent->center);
+        radius = parent->radius;
+        diagonals += p->diagonal;
+    } else if (p->owner != NULL) {
+        distance = vec_distance(q->center, p->owner->center) + p->owner_shift;
+        radius = p->owner_radius;
+        diagonals += DIAGONAL_MAX;
+    } else {
+        return 0;
+    }
+    return (distance + fmax(0, radius - q->radius) + diagonals * 0x1p-21) * OUTWARD;
+}
+
+void pack_quantise(struct pack *p)
+{
+    const struct lattice l = choose_lattice(p);
+    const bool paper = (p->shared->options.flags & SPC_FLAG_ERROR_PAPER) != 0;
+    for (uint32_t i = p->node_count; i-- > 0;) {
+        struct pack_node *q = &p->nodes[i];
+        const struct spb_node *n = &p->tree->nodes[q->node];
+        const double moved = quantise_pill(q, n, &l);
+        if (n->owner)
+            q->e_self = n->e_self;
+        else if (q->leaf)           /* t; more only where the cluster is too wide for so small a disk */
+            q->e_self = larger(n->e_self, paper ? SPC_LEN_ZERO
+                                                : own_error(p, n, q->radius, q->height, moved));
+        else
+            q->e_self = larger(own_error(p, n, q->radius, q->height, moved), error_below(p, q, n));
+        assert(!n->owner || paper || (double)spc_len_decode(n->e_self) >= q->height);
+    }
+    declare_owner(p);
+    measure_box(p);
+    for (uint32_t i = 0; i < p->node_count; i++) {
+        struct pack_node *q = &p->nodes[i];
+        q->e_parent = q->parent == PACK_OWNER ? p->owner_e : p->nodes[q->parent].e_self;
+        q->link = link_of(p, q);
+    }
+}

@@ -1,0 +1,160 @@
+/*
+ * The dispatcher: opens the file, asks each format in turn whether it knows the first bytes, and
+ * forwards. The name of a file decides nothing: scans are renamed more often than converted. A new
+ * format is one file and one line in formats[]; those with a firm mark come first, those that can
+ * only guess last.
+ */
+#include "source.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ply.h"
+#include "source_int.h"
+
+enum { SNIFF_BYTES = 512 };
+
+static const struct spb_format *const formats[] = {
+    &spb_ply_format,
+};
+
+enum { FORMAT_COUNT = sizeof formats / sizeof *formats };
+
+struct spb_source {
+    const struct spb_format *format;
+    void *state;
+    struct spb_bytes bytes;
+    struct spb_source_info info;
+};
+
+/* What else people hand over in place of a scan: say so, and what to do. */
+static const struct {
+    const char *mark;
+    size_t mark_bytes;
+    const char *what;
+} strangers[] = {
+    { "\x1f\x8b", 2, "compressed with gzip: unpack it first" },
+    { "PK\x03\x04", 4, "a zip file: unpack it first" },
+    { "BZh", 3, "compressed with bzip2: unpack it first" },
+    { "\xfd" "7zXZ", 5, "compressed with xz: unpack it first" },
+    { "\x28\xb5\x2f\xfd", 4, "compressed with zstd: unpack it first" },
+    { "version https://git-lfs", 23, "a Git LFS pointer, not the scan: run 'git lfs pull'" },
+};
+
+static enum spc_status fail_unknown(const struct spb_bytes *bytes, struct spc_error *err)
+{
+    char names[96] = "";
+
+    if (bytes->file_bytes == 0)
+        return spc_fail(err, SPC_INPUT_FORMAT, 0, "the file is empty");
+    for (size_t i = 0; i < sizeof strangers / sizeof *strangers; i++) {
+        if (spb_bytes_have(bytes) >= strangers[i].mark_bytes &&
+            memcmp(bytes->buf, strangers[i].mark, strangers[i].mark_bytes) == 0)
+            return spc_fail(err, SPC_INPUT_FORMAT, 0, "the file is %s", strangers[i].what);
+    }
+    for (size_t i = 0; i < FORMAT_COUNT; i++) {
+        if (i > 0)
+            strncat(names, ", ", sizeof names - strlen(names) - 1);
+        strncat(names, formats[i]->name, sizeof names - strlen(names) - 1);
+    }
+    return spc_fail(err, SPC_INPUT_FORMAT, 0, "not a scan in a known format (%s)", names);
+}
+
+static enum spc_status find_format(struct spb_source *source, struct spc_error *err)
+{
+    struct spb_bytes *const bytes = &source->bytes;
+    const enum spc_status status = spb_bytes_need(bytes, SNIFF_BYTES, err);
+
+    if (status != SPC_OK)
+        return status;
+    for (size_t i = 0; i < FORMAT_COUNT && !source->format; i++) {
+        const size_t have = spb_bytes_have(bytes);
+        if (formats[i]->sniff(bytes->buf, have < SNIFF_BYTES ? have : SNIFF_BYTES,
+                              bytes->file_bytes))
+            source->format = formats[i];
+    }
+    return source->format ? SPC_OK : fail_unknown(bytes, err);
+}
+
+enum spc_status spb_source_open(const char *path, struct spb_source **out, struct spc_error *err)
+{
+    struct spb_source *source = calloc(1, sizeof *source);
+    enum spc_status status;
+
+    *out = NULL;
+    if (!source)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a scan reader");
+    status = spb_bytes_open(&source->bytes, path, err);
+    if (status != SPC_OK)
+        goto out;
+    source->info.file_bytes = source->bytes.file_bytes;
+    status = find_format(source, err);
+    if (status != SPC_OK)
+        goto out;
+    status = source->format->open(&source->bytes, &source->info, &source->state, err);
+    if (status != SPC_OK)
+        goto out;
+    *out = source;
+    source = NULL;
+out:
+    spb_source_close(source);
+    return status;
+}
+
+void spb_source_close(struct spb_source *source)
+{
+    if (!source)
+        return;
+    if (source->state)
+        source->format->close(source->state);
+    spb_bytes_close(&source->bytes);
+    free(source);
+}
+
+const struct spb_source_info *spb_source_info(const struct spb_source *source)
+{
+    return &source->info;
+}
+
+enum spc_status spb_source_begin_vertices(struct spb_source *source, struct spc_error *err)
+{
+    return source->format->begin_vertices(source->state, err);
+}
+
+enum spc_status spb_source_begin_faces(struct spb_source *source, struct spc_error *err)
+{
+    return source->format->begin_faces(source->state, err);
+}
+
+/* A failed call leaves an empty batch: nobody can take half of one for the whole. */
+
+enum spc_status spb_source_vertices(struct spb_source *source, struct spb_vertex_batch *out,
+                                    struct spc_error *err)
+{
+    const enum spc_status status = source->format->vertices(source->state, out, err);
+    assert(out->count <= SPB_BATCH_MAX);
+    if (status != SPC_OK)
+        out->count = 0;
+    return status;
+}
+
+enum spc_status spb_source_faces(struct spb_source *source, struct spb_face_batch *out,
+                                 struct spc_error *err)
+{
+    const enum spc_status status = source->format->faces(source->state, out, err);
+    assert(out->count <= SPB_BATCH_MAX);
+    if (status != SPC_OK)
+        out->count = 0;
+    return status;
+}
+
+uint64_t spb_source_bytes_done(const struct spb_source *source)
+{
+    return source->format->bytes_done(source->state);
+}
+
+const char *spb_source_remark(const struct spb_source *source)
+{
+    return source->format->remark(source->state);
+}

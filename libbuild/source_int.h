@@ -1,0 +1,33 @@
+/*
+ * source_int.h - what one scan format gives to the dispatcher in source.c.
+ *
+ * A format is one such table. state is what its open made; the dispatcher owns the bytes and the
+ * info, lets open fill the latter, and keeps both alive until after close. Each function does what
+ * the one of the same name in source.h promises.
+ */
+#ifndef SPB_SOURCE_INT_H
+#define SPB_SOURCE_INT_H
+
+#include "bytesource.h"
+#include "source.h"
+
+struct spb_format {
+    const char *name;                   /* for "none of: ..." */
+
+    /* Does the file look like this format? head: its first bytes, 512 of them or the whole file. */
+    bool (*sniff)(const uint8_t *head, size_t head_bytes, uint64_t file_bytes);
+
+    /* Reads the header. bytes stands at 0. info is zeroed but for file_bytes. */
+    enum spc_status (*open)(struct spb_bytes *bytes, struct spb_source_info *info, void **state,
+                            struct spc_error *err);
+    void (*close)(void *state);
+
+    enum spc_status (*begin_vertices)(void *state, struct spc_error *err);
+    enum spc_status (*begin_faces)(void *state, struct spc_error *err);
+    enum spc_status (*vertices)(void *state, struct spb_vertex_batch *out, struct spc_error *err);
+    enum spc_status (*faces)(void *state, struct spb_face_batch *out, struct spc_error *err);
+    uint64_t (*bytes_done)(const void *state);
+    const char *(*remark)(void *state);
+};
+
+#endif

@@ -1,0 +1,128 @@
+#include "space.h"
+
+#include <math.h>
+#include <string.h>
+
+enum {
+    VERTEX_BITS_MIN = 16,           /* lattice at least this fine, in bits of the longest side */
+    VERTEX_BITS_MAX = 46,           /* and at most: products of three stay inside a double's range */
+    EDGE_BITS = 5,                  /* steps per short edge: 2^5 */
+};
+
+static int exponent_of(double v)    /* v < 2^e, v >= 2^(e-1) */
+{
+    int e = 0;
+    frexp(v, &e);
+    return e;
+}
+
+void spb_space_init(struct spb_space *space, const double min[3], const double max[3])
+{
+    double side = 0, largest = 0;
+    for (int a = 0; a < 3; a++) {
+        side = fmax(side, max[a] - min[a]);
+        largest = fmax(largest, fmax(fabs(min[a]), fabs(max[a])));
+    }
+    if (isinf(side))                /* opposite ends of the range of double */
+        side = 0x1p1023;
+    space->ulp_exp = largest > 0 ? exponent_of(largest) - 53 : -1074;
+    if (space->ulp_exp < -1022)
+        space->ulp_exp = -1022;
+    /* A scan of one point has no side: any unit serves, the ulp keeps it near the data. */
+    space->unit_exp = side > 0 ? exponent_of(side) : space->ulp_exp + VERTEX_BITS_MIN;
+    int step = space->unit_exp - VERTEX_BITS_MIN;
+    if (step < space->ulp_exp)
+        step = space->ulp_exp;
+    for (int a = 0; a < 3; a++)
+        space->origin[a] = ldexp(floor(ldexp(min[a], -step)), step);
+    space->vertex_exp = step;
+}
+
+void spb_space_set_vertices(struct spb_space *space, double edge)
+{
+    const int coarsest = space->vertex_exp;         /* as init left it: divides the origin */
+    int step = coarsest;
+    if (edge > 0)
+        step = space->unit_exp + exponent_of(edge) - 1 - EDGE_BITS;
+    if (step < space->unit_exp - VERTEX_BITS_MAX)
+        step = space->unit_exp - VERTEX_BITS_MAX;
+    if (step < space->ulp_exp)
+        step = space->ulp_exp;
+    if (step > coarsest)
+        step = coarsest;
+    space->vertex_exp = step;
+}
+
+double spb_space_from_file(const struct spb_space *space, int axis, double x)
+{
+    return ldexp(x - space->origin[axis], -space->unit_exp);
+}
+
+double spb_space_snap(const struct spb_space *space, double u)
+{
+    return floor(ldexp(u, space->unit_exp - space->vertex_exp) + 0.5);
+}
+
+double spb_space_from_lattice(const struct spb_space *space, double number)
+{
+    return ldexp(number, space->vertex_exp - space->unit_exp);
+}
+
+int64_t spb_space_origin_number(const struct spb_space *space, int axis)
+{
+    return (int64_t)ldexp(space->origin[axis], -space->vertex_exp);
+}
+
+struct spb_record_format spb_record_format(bool wide, bool colors)
+{
+    return (struct spb_record_format){wide, colors, (wide ? 72u : 36u) + (colors ? 12u : 0u)};
+}
+
+void spb_record_store(const struct spb_record_format *format, const double corner[3][3],
+                      const uint8_t rgba[3][4], uint8_t *record)
+{
+    if (format->wide) {
+        memcpy(record, corner, 72);
+        record += 72;
+    } else {
+        float narrow[9];
+        for (int i = 0; i < 9; i++)
+            narrow[i] = (float)corner[i / 3][i % 3];
+        memcpy(record, narrow, 36);
+        record += 36;
+    }
+    if (format->colors)
+        memcpy(record, rgba, 12);
+}
+
+void spb_record_load(const struct spb_record_format *format, const struct spb_space *space,
+                     const uint8_t *record, struct spb_face *out)
+{
+    double xyz[9];
+    float narrow[9];
+    if (format->wide) {
+        memcpy(xyz, record, 72);
+        record += 72;
+    } else {
+        memcpy(narrow, record, 36);
+        record += 36;
+        for (int i = 0; i < 9; i++)
+            xyz[i] = (double)narrow[i];
+    }
+    for (int i = 0; i < 9; i++)
+        out->corner[i / 3][i % 3] = spb_space_from_file(space, i % 3, xyz[i]);
+    if (format->colors)
+        memcpy(out->rgba, record, 12);
+    else
+        memset(out->rgba, 255, 12);
+}
+
+void spb_face_key(const struct spb_face *face, double key[3])
+{
+    for (int a = 0; a < 3; a++) {
+        const double x = face->corner[0][a], y = face->corner[1][a], z = face->corner[2][a];
+        const double min = x < y ? (x < z ? x : z) : (y < z ? y : z);
+        const double max = x > y ? (x > z ? x : z) : (y > z ? y : z);
+        key[a] = (min + max) / 2 + 1 - 1;       /* adding 1 rounds to multiples of 2^-52 */
+    }
+}

@@ -1,0 +1,67 @@
+/*
+ * space.h - the coordinates in which the tree is built, and faces as fixed-size records.
+ *
+ * Build coordinates: file coordinates minus the space's origin, in units of 2^unit_exp, so that the
+ * scan lies in about [0, 1]^3. Only powers of two scale them: multiplying a scan by 2^k changes
+ * unit_exp and the origin, no build coordinate (I9).
+ */
+#ifndef SPB_SPACE_H
+#define SPB_SPACE_H
+
+#include "spc.h"
+
+struct spb_space {
+    double origin[3];               /* file units; a multiple of every lattice step used */
+    int unit_exp;                   /* K: 2^K is the smallest power above the longest side */
+    int ulp_exp;                    /* exponent of the ulp of the largest |coordinate| */
+    int vertex_exp;                 /* lattice of the vertices; set by spb_space_set_vertices */
+};
+
+/* Space of a scan with these bounds (finite, min <= max), file units. */
+void spb_space_init(struct spb_space *space, const double min[3], const double max[3]);
+
+/*
+ * Chooses the vertex lattice: edge is a short edge of the scan (first percentile), in units; 0
+ * when every edge is 0. Steps of edge/32 or finer, inside what 46 bits of the longest side and
+ * the ulp of the coordinates allow.
+ */
+void spb_space_set_vertices(struct spb_space *space, double edge);
+
+/* File coordinate -> build coordinate, as the file says it (not snapped). */
+double spb_space_from_file(const struct spb_space *space, int axis, double x);
+
+/* Build coordinate -> the nearest vertex lattice point: its number counted from the origin. */
+double spb_space_snap(const struct spb_space *space, double u);
+
+/* Number of a lattice point -> build coordinate; exact. */
+double spb_space_from_lattice(const struct spb_space *space, double number);
+
+/* Number of the origin itself on the vertex lattice, counted from file coordinate 0; exact. */
+int64_t spb_space_origin_number(const struct spb_space *space, int axis);
+
+/* ---- face records ----------------------------------------------------------------------------- */
+
+struct spb_face {
+    double corner[3][3];            /* build coordinates, [corner][axis], as the file says them */
+    uint8_t rgba[3][4];
+};
+
+/* A record holds file coordinates as float or double, as the scan has them, and colours if any. */
+struct spb_record_format {
+    bool wide, colors;
+    uint32_t bytes;
+};
+struct spb_record_format spb_record_format(bool wide, bool colors);
+
+void spb_record_store(const struct spb_record_format *format, const double corner[3][3],
+                      const uint8_t rgba[3][4], uint8_t *record);
+void spb_record_load(const struct spb_record_format *format, const struct spb_space *space,
+                     const uint8_t *record, struct spb_face *out);
+
+/*
+ * Where a face lies for splitting: the middle of its box, on a lattice of 2^-52 units. A function
+ * of the face alone, the same in planning and building.
+ */
+void spb_face_key(const struct spb_face *face, double key[3]);
+
+#endif

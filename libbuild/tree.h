@@ -1,0 +1,93 @@
+/*
+ * tree.h - the hierarchy of disks over a set of faces.
+ *
+ * A node is a disk with a pill: every triangle below lies in ball(center, radius) and in the slab
+ * |n . (x - center)| <= height. Lengths are in units, positions in build coordinates (space.h).
+ * Values here are exact up to double rounding, outward; coding them is pack.c's work.
+ */
+#ifndef SPB_TREE_H
+#define SPB_TREE_H
+
+#include "space.h"
+
+enum { SPB_CHILDREN_MAX = 4 };
+
+struct spb_node {
+    double center[3];
+    double radius, height;          /* R, H */
+    double reach;                   /* h: no point of the disk is further from the triangles below;
+                                       with paper errors: e_g of the thesis */
+    double area;                    /* of all triangles below */
+    float box[6];                   /* of all triangles below, rounded outward */
+    float cone;                     /* cosine: winding normals below lie that near to the normal */
+    uint32_t child_first;           /* children are adjacent, after their parent */
+    uint32_t pending;               /* nodes below that are in no cluster yet */
+    uint32_t link;                  /* leaf: face number; owner: cluster number */
+    uint16_t normal;                /* code; the disk's normal is its decoded value */
+    uint16_t e_self;                /* code; leaf: longest edge; owner: final; else set when packed */
+    uint16_t e_below;               /* owner: largest e_self of its cluster's tops */
+    uint8_t child_count;            /* 0: leaf */
+    bool owner;                     /* everything below is in closed clusters */
+    uint8_t rgba[4];
+};
+
+/* A face as the archive will hold it: corners on the vertex lattice. */
+struct spb_leaf_shape {
+    double corner[3][3];            /* build coordinates, exact lattice points */
+    double normal[3];               /* winding normal, unit; zero area: 0, 0, 1 */
+    double area;
+    double longest;                 /* longest edge */
+};
+void spb_leaf_snap(const struct spb_space *space, const struct spb_face *face,
+                   struct spb_leaf_shape *out);
+
+/*
+ * Leaf of a face: circumcircle of an acute triangle, else the circle on the longest edge.
+ * src  [Oka04] 2.3.2; reach: the largest distance from a point of the disk to the triangle
+ */
+void spb_leaf_make(const struct spb_space *space, const struct spb_face *face, uint32_t number,
+                   struct spb_node *out);
+
+/*
+ * Inner node over its 2..4 children, in child order: center, normal and colour are averages
+ * weighted by area (plain when there is none), R and H the smaller of two proved bounds each.
+ * child_first, child_count, pending, link and owner are the caller's.
+ */
+void spb_node_combine(const struct spb_node *children, uint32_t count, bool paper,
+                      struct spb_node *out);
+
+/*
+ * Largest distance from a point of node's disk to the triangles below, proved: see bound.c.
+ * node: center, normal and radius are set.
+ */
+double spb_reach_bound(const struct spb_node *node, const struct spb_node *children,
+                       uint32_t count);
+
+/* e_g = min(hypot(e_p, e_t), 2 R) over the children's disks. src [Oka04] eq. 2.1-2.5, [DVS03] 3 */
+double spb_paper_error(const struct spb_node *node, const struct spb_node *children,
+                       uint32_t count);
+
+/* ---- splitting --------------------------------------------------------------------------------- */
+
+struct spb_tree {
+    struct spb_node *nodes;         /* children after their parent; node 0 is the root */
+    uint32_t node_count;
+    uint32_t height;                /* levels */
+};
+
+/*
+ * Splits faces [0, count) by split.h into a tree of nodes whose child_first, child_count and link
+ * are set; nothing else is. keys[count][3] is reordered.
+ *
+ * in   count  at least 1, below 2^31
+ * out  tree->nodes  from malloc, the caller's to free
+ * fails  SPC_NO_MEMORY
+ */
+struct spb_key {
+    double v[3];
+    uint64_t face;
+};
+enum spc_status spb_tree_split(struct spb_key *keys, uint32_t count, struct spb_tree *tree,
+                               struct spc_error *err);
+
+#endif
