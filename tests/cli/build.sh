@@ -1,0 +1,134 @@
+# spc-build and spc-info as a user meets them: build.sh BUILD
+set -eu
+tools=$1
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+fail() {
+    echo "$*"
+    exit 1
+}
+# expect CODE PATTERN COMMAND...: exit code, and a line of stderr that the pattern matches whole
+expect() {
+    code=$1
+    pattern=$2
+    shift 2
+    got=0
+    "$@" >"$folder/out" 2>"$folder/err" || got=$?
+    [ $got -eq "$code" ] || fail "$* exits $got, not $code: $(cat "$folder/err")"
+    [ -z "$pattern" ] || grep -qE "^$pattern\$" "$folder/err" ||
+        fail "$* should say '$pattern', says: $(cat "$folder/err")"
+}
+one_line() { [ "$(wc -l <"$folder/err")" -eq 1 ] || fail "more than one line: $(cat "$folder/err")"; }
+absent() { [ ! -e "$1" ] || fail "$1 was left behind"; }
+nothing_else() { # no temporary file stays in the folder
+    left=$(find "$folder" -name '*.part' -o -name '.spc*')
+    [ -z "$left" ] || fail "left behind: $left"
+}
+quiet() { "$@" >/dev/null 2>&1; }
+
+scan=$folder/scan.ply
+quiet "$tools/gen-scan" --triangles 5000 --shape statue --color -o "$scan"
+
+# a conversion, its summary, its verification
+expect 0 '.*5 [0-9]{3} triangles, .* nodes in [0-9]+ clusters?, .*' \
+    "$tools/spc-build" "$scan" -o "$folder/a.spc"
+expect 0 '' "$tools/spc-info" --verify "$folder/a.spc"
+grep -q 'is whole' "$folder/out" || fail "verify does not say so"
+expect 0 '' "$tools/spc-info" "$folder/a.spc"
+expect 0 '' "$tools/spc-build" -q "$scan" -o "$folder/quiet.spc"
+[ ! -s "$folder/err" ] || fail "-q is not quiet"
+nothing_else
+
+# what fails says so in one line, exits 1 and leaves no target
+expect 1 "spc-build: '.*/none.ply': cannot open.*No such file or directory" \
+    "$tools/spc-build" "$folder/none.ply" -o "$folder/b.spc"
+one_line
+absent "$folder/b.spc"
+echo "hello" >"$folder/text.ply"
+expect 1 "spc-build: '.*/text.ply': .*" "$tools/spc-build" "$folder/text.ply" -o "$folder/b.spc"
+one_line
+absent "$folder/b.spc"
+head -c 60000 "$scan" >"$folder/cut.ply"
+expect 1 "spc-build: '.*/cut.ply': .*the file ends.*" "$tools/spc-build" "$folder/cut.ply" -o "$folder/b.spc"
+one_line
+absent "$folder/b.spc"
+expect 1 "spc-build: '.*/no/b.spc': cannot open the target's folder.*" \
+    "$tools/spc-build" "$scan" -o "$folder/no/b.spc"
+one_line
+mkdir "$folder/dir.spc"
+expect 1 "spc-build: '.*/dir.spc': the target is a folder.*" "$tools/spc-build" "$scan" -o "$folder/dir.spc"
+if [ "$(id -u)" -ne 0 ]; then
+    mkdir "$folder/locked"
+    chmod 500 "$folder/locked"
+    expect 1 "spc-build: '.*/locked/b.spc': .*Permission denied.*" \
+        "$tools/spc-build" "$scan" -o "$folder/locked/b.spc"
+    one_line
+fi
+quiet "$tools/gen-scan" --triangles 100 --shape statue -o "$folder/p.ply"
+sed '/^element face/,/^property list/d' "$folder/p.ply" >"$folder/points.ply"
+expect 1 "spc-build: '.*/points.ply': it holds [0-9]+ points without faces.*" \
+    "$tools/spc-build" "$folder/points.ply" -o "$folder/b.spc"
+one_line
+absent "$folder/b.spc"
+nothing_else
+
+# an existing target is replaced only with --force, and stays when the build fails
+cp "$folder/a.spc" "$folder/keep.spc"
+expect 1 "spc-build: '.*/keep.spc': the target exists; --force replaces it" \
+    "$tools/spc-build" "$scan" -o "$folder/keep.spc"
+expect 1 '' "$tools/spc-build" --force "$folder/cut.ply" -o "$folder/keep.spc"
+cmp -s "$folder/a.spc" "$folder/keep.spc" || fail "the old archive was touched"
+expect 0 '' "$tools/spc-build" --force --codec raw "$scan" -o "$folder/keep.spc"
+cmp -s "$folder/a.spc" "$folder/keep.spc" && fail "--force did not replace"
+echo stale >"$folder/keep.spc.part"
+expect 0 '' "$tools/spc-build" --force "$scan" -o "$folder/keep.spc"
+cmp -s "$folder/a.spc" "$folder/keep.spc" || fail "not the same bytes as before"
+nothing_else
+
+# a bad index is dropped, counted and warned about; --strict refuses
+printf 'ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 3\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 9\n3 0 1 3\n' >"$folder/bad.ply"
+expect 0 ".*bad.ply': warning: dropped 1 face with an index that names no vertex" \
+    "$tools/spc-build" "$folder/bad.ply" -o "$folder/c.spc"
+"$tools/spc-info" --json "$folder/c.spc" | grep -q '"bad_index": 1' || fail "the drop is not counted"
+expect 1 "spc-build: '.*bad.ply': 1 faces cannot be used.*; without --strict they are dropped" \
+    "$tools/spc-build" --strict "$folder/bad.ply" -o "$folder/d.spc"
+one_line
+absent "$folder/d.spc"
+
+# the contract's keys
+expect 0 '' "$tools/spc-info" --json "$folder/a.spc"
+for key in faces_in split_extra points_in leaves nodes clusters blocks triangles vertices height \
+    file_bytes codec box min max error closed dropped bad_index non_finite degenerate sources name \
+    format faces; do
+    grep -q "\"$key\":" "$folder/out" || fail "spc-info --json lacks $key"
+done
+expect 0 '' "$tools/spc-build" --json -q --force "$scan" -o "$folder/a.spc"
+grep -q '"leaves": 5' "$folder/out" || fail "spc-build --json says nothing of leaves"
+
+# damage: exit 3 and the place
+cp "$folder/a.spc" "$folder/bad.spc"
+printf '\377' | dd of="$folder/bad.spc" bs=1 seek=30000 conv=notrunc 2>/dev/null
+expect 3 "spc-info: '.*/bad.spc': .*(byte [0-9]+).*" "$tools/spc-info" --verify "$folder/bad.spc"
+grep -q '^FAIL' "$folder/out" || fail "no invariant is named"
+head -c 20000 "$folder/a.spc" >"$folder/short.spc"
+expect 3 "spc-info: '.*/short.spc': the file ends at byte 20000 of [0-9]+.*" "$tools/spc-info" "$folder/short.spc"
+expect 3 "spc-info: '.*/scan.ply': the file does not begin like an .spc archive" "$tools/spc-info" "$scan"
+expect 1 "spc-info: '.*/none.spc': cannot open.*" "$tools/spc-info" "$folder/none.spc"
+
+# usage
+for tool in spc-build spc-info spc-render; do
+    expect 0 '' "$tools/$tool" --help
+    [ "$(head -n 1 "$folder/out" | cut -c1-6)" = usage: ] || fail "$tool --help"
+    [ "$(wc -l <"$folder/out")" -le 30 ] || fail "$tool --help does not fit a screen"
+    expect 0 '' "$tools/$tool" --version
+    expect 2 '.*--help.*' "$tools/$tool"
+    expect 2 ".*'--nonsense' is no option.*" "$tools/$tool" --nonsense
+done
+expect 2 '.*--memory takes.*' "$tools/spc-build" --memory 1M "$scan" -o "$folder/e.spc"
+expect 2 '.*one scan at a time.*' "$tools/spc-build" "$scan" "$scan" -o "$folder/e.spc"
+expect 2 '.*no output is named.*' "$tools/spc-build" "$scan"
+expect 2 '.*--codec takes.*' "$tools/spc-build" --codec lzma "$scan" -o "$folder/e.spc"
+absent "$folder/e.spc"
+if [ -e /dev/full ]; then
+    expect 1 '.*cannot write to standard output.*' sh -c "$tools/spc-info --json $folder/a.spc >/dev/full"
+fi

@@ -1,0 +1,68 @@
+# spc-render as a user meets it: render.sh BUILD
+set -eu
+tools=$1
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+fail() {
+    echo "$*"
+    exit 1
+}
+expect() {
+    code=$1
+    pattern=$2
+    shift 2
+    got=0
+    "$@" >"$folder/out" 2>"$folder/err" || got=$?
+    [ $got -eq "$code" ] || fail "$* exits $got, not $code: $(cat "$folder/err")"
+    [ -z "$pattern" ] || grep -qE "^$pattern\$" "$folder/err" ||
+        fail "$* should say '$pattern', says: $(cat "$folder/err")"
+}
+png_size() { # width and height from the header
+    od -An -tu1 -j16 -N8 "$1" | awk '{ print $3 * 256 + $4 "x" $7 * 256 + $8 }'
+}
+
+"$tools/gen-scan" --triangles 20000 --shape statue --color -o "$folder/scan.ply" 2>/dev/null
+"$tools/spc-build" -q "$folder/scan.ply" -o "$folder/a.spc"
+
+expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/a.png" --size 200x150 --stats "$folder/a.json"
+[ "$(png_size "$folder/a.png")" = 200x150 ] || fail "the picture is $(png_size "$folder/a.png")"
+for key in nodes_drawn nodes_processed triangles_drawn clusters_total clusters_drawn culled frustum backface \
+    range occlusion bytes_read frame_ms open_ms fallback_splats; do
+    grep -q "\"$key\":" "$folder/a.json" || fail "the statistics lack $key"
+done
+
+# every mode, outline and camera gives a picture, and the same one twice
+for options in "--mode points" "--mode triangles" "--splat fast --eps 4" "--orbit 30,20" "--orbit 0,90,5" \
+    "--eye 1,2,3 --target 0,0,1 --up 0,0,1" "--background none" "--background ffffff" "--fov 90 --eps 0.1" \
+    "--size 1x1" "--no-cull"; do
+    # shellcheck disable=SC2086
+    expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/b.png" --size 100x100 $options
+    # shellcheck disable=SC2086
+    expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/c.png" --size 100x100 $options
+    cmp -s "$folder/b.png" "$folder/c.png" || fail "$options: two pictures differ"
+done
+
+# what fails says so in one line
+expect 1 "spc-render: '.*/none.spc': cannot open.*" "$tools/spc-render" "$folder/none.spc" -o "$folder/d.png"
+expect 3 "spc-render: '.*/scan.ply': the file does not begin like.*" "$tools/spc-render" "$folder/scan.ply" -o "$folder/d.png"
+cp "$folder/a.spc" "$folder/bad.spc"
+size=$(wc -c <"$folder/a.spc")  # the last block holds leaves, which a near view needs
+printf '\377\377' | dd of="$folder/bad.spc" bs=1 seek=$((size - 20000)) conv=notrunc 2>/dev/null
+expect 3 "spc-render: '.*/bad.spc': checksum of block [0-9]+ does not match.*" \
+    "$tools/spc-render" "$folder/bad.spc" -o "$folder/d.png" --no-cull --eps 0.01
+expect 1 "spc-render: '.*/no/d.png': cannot create the picture.*" "$tools/spc-render" "$folder/a.spc" -o "$folder/no/d.png"
+[ ! -e "$folder/d.png" ] || fail "a picture was left behind"
+"$tools/spc-build" -q --no-triangles "$folder/scan.ply" -o "$folder/points.spc"
+expect 0 '' "$tools/spc-render" "$folder/points.spc" -o "$folder/d.png" --size 50x50
+expect 1 ".*points only.*" "$tools/spc-render" "$folder/points.spc" -o "$folder/e.png" --mode triangles
+if [ -e /dev/full ]; then
+    expect 1 ".*cannot write the picture.*No space.*" "$tools/spc-render" "$folder/a.spc" -o /dev/full --size 300x300
+fi
+
+# usage
+expect 2 '.*--eps takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --eps 0
+expect 2 '.*--size takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --size 0x5
+expect 2 '.*--fov takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --fov 180
+expect 2 '.*--eye and --target.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --eye 1,1,1
+expect 2 '.*looks along.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --eye 0,1,0 --target 0,0,0
+[ ! -e "$folder/e.png" ] || fail "a picture in spite of wrong usage"

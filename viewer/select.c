@@ -1,0 +1,257 @@
+#include "select.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Shaders work in float32: what they may find drawable, selection must not leave out. */
+static const double LOW = 1 - 0x1p-18, HIGH = 1 + 0x1p-18;
+
+struct select {
+    const struct spc_reader *reader;
+    const struct spc_header *header;
+    const struct spv_view *view;
+    struct spv_selection *out;
+    double planes[5][3];            /* inward normals of planes through the eye */
+    bool cull_back;
+    uint32_t stack_count;
+};
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Side planes one pixel outside the picture, and the plane of the eye. */
+static void make_planes(const struct spv_camera *c, double planes[5][3])
+{
+    const double x = (c->width / 2.0 + 1) / c->focal_px;
+    const double y = (c->height / 2.0 + 1) / c->focal_px;
+    for (int a = 0; a < 3; a++) {
+        planes[0][a] = c->forward[a] * x + c->right[a];
+        planes[1][a] = c->forward[a] * x - c->right[a];
+        planes[2][a] = c->forward[a] * y + c->up[a];
+        planes[3][a] = c->forward[a] * y - c->up[a];
+        planes[4][a] = c->forward[a];
+    }
+}
+
+/* The box grown by pad lies wholly outside one plane. */
+static bool outside(const struct select *s, const float box[6], const double eye[3], double pad)
+{
+    for (int p = 0; p < 5; p++) {
+        const double *n = s->planes[p];
+        double far = 0, scale = 0;
+        for (int a = 0; a < 3; a++) {
+            const double at = (n[a] > 0 ? (double)box[a + 3] + pad : (double)box[a] - pad) - eye[a];
+            far += n[a] * at;
+            scale += fabs(n[a] * at);
+        }
+        if (far < -1e-6 * scale)
+            return true;
+    }
+    return false;
+}
+
+/*
+ * Range of rho = |eye - c| - R over nodes whose balls lie in the box and the sphere. Inside, rho
+ * may be negative: by as much as a radius.
+ */
+static void rho_range(const float box[6], const float sphere[4], const double eye[3], double *low,
+                      double *high)
+{
+    double near2 = 0, far2 = 0, d[3];
+    for (int a = 0; a < 3; a++) {
+        const double below = (double)box[a] - eye[a], above = eye[a] - (double)box[a + 3];
+        const double near = fmax(0, fmax(below, above));
+        const double far = fmax(-below, -above);
+        const double far_abs = fmax(far, near);
+        near2 += near * near;
+        far2 += far_abs * far_abs;
+        d[a] = (double)sphere[a] - eye[a];
+    }
+    const double center = sqrt(dot(d, d));
+    *low = fmax(sqrt(near2), center - (double)sphere[3]);
+    if (!(*low > 0))
+        *low = -HUGE_VAL;
+    *high = fmin(sqrt(far2), center + (double)sphere[3]);
+}
+
+void spv_eye_of_cluster(const struct spc_reader *reader, const struct spc_cluster *cluster,
+                        const struct spv_camera *camera, double eye[3])
+{
+    for (int a = 0; a < 3; a++)
+        eye[a] = ldexp(camera->eye[a] - cluster->origin[a], -spc_reader_header(reader)->unit_exp);
+}
+
+bool spv_culls_back(const struct spc_reader *reader, const struct spv_view *view)
+{
+    const struct spc_header *h = spc_reader_header(reader);
+    bool inside = true;
+    for (int a = 0; a < 3; a++)
+        inside &= view->camera.eye[a] >= h->box_min[a] && view->camera.eye[a] <= h->box_max[a];
+    return view->cull && (h->flags & SPC_FLAG_CULL_BACK) && !inside;
+}
+
+bool spv_all_behind(const double eye[3], const float sphere[4], const double axis[3],
+                    double cosine)
+{
+    double to_eye[3];
+    for (int a = 0; a < 3; a++)
+        to_eye[a] = eye[a] - (double)sphere[a];
+    const double distance = sqrt(dot(to_eye, to_eye));
+    if (cosine <= -1 || distance <= (double)sphere[3])
+        return false;
+    /* n . (eye - p) is largest for the normal nearest to the eye and the point nearest to it. */
+    const double c = fmax(-1, fmin(1, dot(to_eye, axis) / distance));
+    if (c >= cosine)
+        return false;               /* the eye is inside the cone */
+    const double nearest = c * cosine + sqrt(1 - c * c) * sqrt(1 - fmin(1, cosine * cosine));
+    return distance * nearest + (double)sphere[3] < -1e-6 * distance;
+}
+
+/* Could a node of the subtree pass its upper test? */
+static bool subtree_in_range(const struct spv_view *v, const struct spc_cluster *c, double low)
+{
+    if (v->mode == SPV_TRIANGLES)
+        return true;
+    return (double)c->e_parent_max + v->eps * (double)c->sub_link_max >= v->eps * low * LOW;
+}
+
+static bool block_in_range(const struct select *s, const struct spc_block *b, double low,
+                           double high, bool *end)
+{
+    const struct spv_view *v = s->view;
+    const bool leaf = b->kind == SPC_BLOCK_LEAF;
+    if (v->mode == SPV_TRIANGLES)
+        return leaf;
+    if ((double)b->e_parent_max + v->eps * (double)b->link_max < v->eps * low * LOW) {
+        *end = true;                /* and so are all later ones: the prefix ends */
+        return false;
+    }
+    /* Leaves always have something to draw: below t their triangle, or, without, the point. */
+    return leaf || (double)b->e_self_min < v->eps * high * HIGH;
+}
+
+static enum spc_status choose(struct select *s, uint32_t index, const struct spc_block *b,
+                              float error, struct spc_error *err)
+{
+    struct spv_selection *out = s->out;
+    if (out->block_count == out->block_max) {
+        const uint32_t grown = out->block_max ? 2 * out->block_max : 256;
+        struct spv_chosen *blocks = realloc(out->blocks, grown * sizeof *blocks);
+        if (blocks == NULL)
+            return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to select blocks");
+        out->blocks = blocks;
+        out->block_max = grown;
+    }
+    out->blocks[out->block_count++] = (struct spv_chosen){index, error};
+    out->nodes += b->node_count;
+    out->bytes += b->stored_bytes;
+    return SPC_OK;
+}
+
+static enum spc_status choose_blocks(struct select *s, const struct spc_cluster *c,
+                                     const double eye[3], struct spc_error *err)
+{
+    double low, high;
+    bool end = false;
+    const uint32_t before = s->out->block_count;
+    rho_range(c->box, c->sphere, eye, &low, &high);
+    for (uint32_t k = 0; k < c->block_count && !end; k++) {
+        struct spc_block b;
+        spc_reader_block(s->reader, c->block_first + k, &b);
+        if (!block_in_range(s, &b, low, high, &end))
+            continue;
+        const double near = fmax(low, 0x1p-60);
+        const double px = (double)b.e_parent_max / near * s->view->camera.focal_px;
+        const enum spc_status status =
+            choose(s, c->block_first + k, &b, (float)fmin(px, 1e30), err);
+        if (status != SPC_OK)
+            return status;
+    }
+    if (s->out->block_count > before)
+        s->out->clusters_drawn++;
+    else
+        s->out->culled_range++;
+    return SPC_OK;
+}
+
+static enum spc_status push_children(struct select *s, const struct spc_cluster *c,
+                                     struct spc_error *err)
+{
+    struct spv_selection *out = s->out;
+    if (s->stack_count + c->child_count > out->stack_max) {
+        const uint32_t grown = 2 * (s->stack_count + c->child_count) + 64;
+        uint32_t *stack = realloc(out->stack, grown * sizeof *stack);
+        if (stack == NULL)
+            return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to select clusters");
+        out->stack = stack;
+        out->stack_max = grown;
+    }
+    for (uint32_t k = c->child_count; k-- > 0;)
+        out->stack[s->stack_count++] = c->child_first + k;
+    return SPC_OK;
+}
+
+/* A cylinder of radius R and half height up to R sticks out of its ball by 0.4143 R. */
+static double rim(float radius)
+{
+    return 0.4143 * (double)radius;
+}
+
+static enum spc_status visit(struct select *s, uint32_t id, struct spc_error *err)
+{
+    struct spc_cluster c;
+    double eye[3], low, high;
+    const bool cull = s->view->cull;
+    spc_reader_cluster(s->reader, id, &c);
+    spv_eye_of_cluster(s->reader, &c, &s->view->camera, eye);
+    rho_range(c.sub_box, c.sub_sphere, eye, &low, &high);
+    if (!subtree_in_range(s->view, &c, low)) {
+        s->out->culled_range++;
+        return SPC_OK;
+    }
+    if (cull && outside(s, c.sub_box, eye, rim(c.sub_radius_max))) {
+        s->out->culled_frustum++;
+        return SPC_OK;
+    }
+    const double axis[3] = {(double)c.cone[0], (double)c.cone[1], (double)c.cone[2]};
+    if (s->cull_back &&
+        spv_all_behind(eye, c.sub_sphere, axis, (double)c.cone[3] - 1e-6)) {
+        s->out->culled_backface++;
+        return SPC_OK;
+    }
+    enum spc_status status = push_children(s, &c, err);
+    if (status != SPC_OK)
+        return status;
+    if (cull && outside(s, c.box, eye, rim(c.radius_max))) {
+        s->out->culled_frustum++;
+        return SPC_OK;
+    }
+    return choose_blocks(s, &c, eye, err);
+}
+
+enum spc_status spv_select(const struct spc_reader *reader, const struct spv_view *view,
+                           struct spv_selection *out, struct spc_error *err)
+{
+    struct select s = {.reader = reader, .header = spc_reader_header(reader), .view = view,
+                       .out = out};
+    const struct spc_cluster root = {.child_first = 0, .child_count = 1};
+    out->block_count = out->clusters_drawn = 0;
+    out->culled_frustum = out->culled_backface = out->culled_range = 0;
+    out->nodes = out->bytes = 0;
+    out->clusters_total = s.header->cluster_count;
+    s.cull_back = spv_culls_back(reader, view);
+    make_planes(&view->camera, s.planes);
+    enum spc_status status = push_children(&s, &root, err);
+    while (status == SPC_OK && s.stack_count > 0)
+        status = visit(&s, out->stack[--s.stack_count], err);
+    return status;
+}
+
+void spv_selection_release(struct spv_selection *selection)
+{
+    free(selection->blocks);
+    free(selection->stack);
+    *selection = (struct spv_selection){0};
+}
