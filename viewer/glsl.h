@@ -147,6 +147,10 @@ static const char GLSL_SPLAT_FS[] =
  * Triangles fetch their leaf's record, their corners and colours: three vertices each, no
  * attributes. A corner is computed from its lattice point as two integers, so that it is the same
  * number whichever block it comes from: no cracks.
+ *
+ * Rasterisers snap corners to 1/256 px and the lattice moves them, too: at the rim of a surface that
+ * would lose pixels whose centre lies on the very edge. So edges move outward by 1/64 px, as splats
+ * do. Where two of them meet at a needle's tip their crossing is far off: no further than 2 px.
  */
 static const char GLSL_TRIANGLE_VS[] =
     "#version 330 core\n"
@@ -168,22 +172,37 @@ static const char GLSL_TRIANGLE_VS[] =
     "    if (u_width > 4) hi += int(v.y << 16);\n"
     "    lo = low & 0xFFFF;\n"
     "}\n"
-    "void main() {\n"
-    "    int triangle = gl_VertexID / 3;\n"
-    "    uvec4 node = texelFetch(u_nodes, triangle);\n"
-    "    v_color = vec3(1.0); v_normal = vec3(0.0);\n"
-    "    gl_Position = vec4(2.0, 2.0, 2.0, 1.0);\n"
-    "    if (u_all == 0 && !triangle_drawn(node)) return;\n"
-    "    int v = int(texelFetch(u_indices, gl_VertexID).x);\n"
+    "vec3 corner_of(int corner) {\n"
+    "    int v = int(texelFetch(u_indices, corner).x);\n"
     "    ivec3 hi, lo;\n"
     "    axis_of(3 * v, 0, hi.x, lo.x);\n"
     "    axis_of(3 * v + 1, 1, hi.y, lo.y);\n"
     "    axis_of(3 * v + 2, 2, hi.z, lo.z);\n"
-    "    vec3 at = (vec3(hi) * 65536.0 + vec3(lo)) * u_lattice + u_eye_rest;\n"
-    "    at = u_view * at;\n"
+    "    return u_view * ((vec3(hi) * 65536.0 + vec3(lo)) * u_lattice + u_eye_rest);\n"
+    "}\n"
+    "vec2 outward(vec3 at, vec3 next, vec3 last) {\n"      /* px by which a corner moves */
+    "    if (min(at.z, min(next.z, last.z)) <= 4.0 * u_near) return vec2(0.0);\n"
+    "    vec2 p = u_focal * at.xy / at.z;\n"
+    "    vec2 a = u_focal * next.xy / next.z - p, b = u_focal * last.xy / last.z - p;\n"
+    "    float area = a.x * b.y - a.y * b.x, la = length(a), lb = length(b);\n"
+    "    if (area == 0.0 || la == 0.0 || lb == 0.0) return vec2(0.0);\n"
+    "    a /= la; b /= lb;\n"
+    "    vec2 move = -(a + b) / max(abs(a.x * b.y - a.y * b.x), 1e-9) / 64.0;\n"
+    "    float far = length(move);\n"
+    "    return far > 2.0 ? move * (2.0 / far) : move;\n"
+    "}\n"
+    "void main() {\n"
+    "    int triangle = gl_VertexID / 3, corner = gl_VertexID - 3 * triangle;\n"
+    "    uvec4 node = texelFetch(u_nodes, triangle);\n"
+    "    v_color = vec3(1.0); v_normal = vec3(0.0);\n"
+    "    gl_Position = vec4(2.0, 2.0, 2.0, 1.0);\n"
+    "    if (u_all == 0 && !triangle_drawn(node)) return;\n"
+    "    int first = 3 * triangle;\n"
+    "    vec3 at = corner_of(gl_VertexID);\n"
+    "    vec2 move = outward(at, corner_of(first + (corner + 1) % 3), corner_of(first + (corner + 2) % 3));\n"
     "    v_normal = u_view * normal_of(node);\n"
-    "    if (u_colored != 0) v_color = texelFetch(u_colors, v).rgb;\n"
-    "    vec2 px = u_focal * at.xy * 2.0 + (2.0 * u_center - u_size) * at.z;\n"
+    "    if (u_colored != 0) v_color = texelFetch(u_colors, int(texelFetch(u_indices, gl_VertexID).x)).rgb;\n"
+    "    vec2 px = u_focal * at.xy * 2.0 + (2.0 * (u_center + move) - u_size) * at.z;\n"
     "    gl_Position = vec4(px / u_size, at.z - 2.0 * u_near, at.z);\n"
     "}\n";
 
