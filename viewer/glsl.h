@@ -60,9 +60,11 @@ static const char GLSL_SPLAT_VS[] =
     "flat out vec3 v_center, v_normal;\n"
     "flat out vec2 v_pill;\n"
     "flat out vec3 v_color;\n"
+    "flat out float v_rough;\n"
     "void reject() { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); gl_PointSize = 1.0; }\n"
     "void main() {\n"
     "    v_center = vec3(0.0); v_normal = vec3(0.0); v_pill = vec2(0.0); v_color = vec3(0.0);\n"
+    "    v_rough = float(a_node.w >> 16 & 0xFFu) / 255.0;\n"
     "    if (!point_drawn(a_node)) { reject(); return; }\n"
     "    vec3 c = u_view * center_of(a_node);\n"
     "    vec3 n = u_view * normal_of(a_node);\n"
@@ -100,15 +102,17 @@ static const char GLSL_SPLAT_VS[] =
     "}\n";
 
 /*
- * Exact: does the ray through the pixel's centre meet the cylinder? foot + s d is the ray, foot its point nearest to
- * the centre, relative to it, so nothing large cancels. Depth is that of the disk's plane, kept
- * inside the cylinder.
+ * Exact: does the ray through the pixel's centre meet the cylinder? foot + s d is the ray, foot its
+ * point nearest to the centre, relative to it, so nothing large cancels. Depth is that of the
+ * disk's plane, kept inside the cylinder. A pill that is high for its radius holds triangles of
+ * many directions: its light tends to their average, away from that of its one normal.
  */
 static const char GLSL_SPLAT_FS[] =
     "#version 330 core\n"
     "flat in vec3 v_center, v_normal;\n"
     "flat in vec2 v_pill;\n"
     "flat in vec3 v_color;\n"
+    "flat in float v_rough;\n"
     "uniform float u_focal, u_near, u_ambient;\n"
     "uniform vec2 u_center;\n"
     "uniform int u_fast;\n"
@@ -139,7 +143,8 @@ static const char GLSL_SPLAT_FS[] =
     "    }\n"
     "    float z = max((along + s) * d.z, 2.0 * u_near);\n"
     "    gl_FragDepth = u_near / z;\n"
-    "    float light = abs(dot(v_normal, d));\n"
+    "    float facing = dot(v_normal, d);\n"
+    "    float light = sqrt(mix(facing * facing, 0.4, v_rough * v_rough));\n"
     "    o_color = vec4(v_color * (u_ambient + (1.0 - u_ambient) * light), 1.0);\n"
     "}\n";
 
