@@ -256,6 +256,41 @@ START_TEST(exchanged_nodes_are_found)
 }
 END_TEST
 
+START_TEST(bytes_that_must_be_zero_are_looked_at)
+{
+    struct patch p = begin();
+    uint32_t k = find_block(&p, 0);
+    uint64_t used = 0;                                          /* a block with padding behind it */
+    for (; k < p.blocks; k++) {
+        used = CH_SIZE + (uint64_t)load_u32(block_record(&p, k) + BL_STORED_BYTES);
+        if (used % 64 != 0)
+            break;
+    }
+    ck_assert_uint_lt(k, p.blocks);
+    p.bytes[load_u64(block_record(&p, k) + BL_OFF) + used] = 1;
+    expect_found(&p, "every chunk");
+    p = begin();
+    p.bytes[load_u64(block_record(&p, 2) + BL_OFF) + CH_ZERO_1] = 1;
+    expect_found(&p, "every chunk");
+    p = begin();                                                /* behind the last array of a payload */
+    for (k = 0; k < p.blocks; k++) {
+        const uint32_t n = load_u32(block_record(&p, k) + BL_NODE_COUNT);
+        used = align_up(align_up(16 * n, 16) + 4 * 128, 16) + (n + 1) / 2;
+        if (block_record(&p, k)[BL_KIND] == SPC_BLOCK_INNER && used % 16 != 0)
+            break;
+    }
+    ck_assert_uint_lt(k, p.blocks);
+    payload(&p, k)[used] = 1;
+    expect_found(&p, "every chunk");
+    p = begin();                                                /* between the head and the chunks */
+    p.bytes[section(p.bytes, SE_META, SE_OFF) + section(p.bytes, SE_META, SE_BYTES)] = 1;
+    expect_found(&p, "open");
+    p = begin();
+    p.bytes[HD_ZERO + 7] = 1;
+    expect_found(&p, "open");
+}
+END_TEST
+
 START_TEST(impossible_directories_do_not_open)
 {
     static const struct { int section, off, bytes; uint64_t value; } cases[] = {
@@ -300,5 +335,5 @@ int main(void)
                  a_changed_error_is_found, a_shrunken_pill_is_found, a_shortened_link_is_found,
                  a_changed_range_is_found, a_narrowed_cone_is_found, a_changed_top_is_found,
                  a_changed_family_is_found, exchanged_nodes_are_found,
-                 impossible_directories_do_not_open);
+                 bytes_that_must_be_zero_are_looked_at, impossible_directories_do_not_open);
 }
