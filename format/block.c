@@ -46,6 +46,11 @@ bool spc_block_layout(const struct spc_block *b, uint32_t flags, uint32_t normal
     return true;
 }
 
+uint64_t spc_block_chunk_bytes(const struct spc_block *b)
+{
+    return align_up((uint64_t)CH_SIZE + b->stored_bytes, SPC_CHUNK_ALIGN);
+}
+
 /* ---- checks ------------------------------------------------------------------------------------ */
 
 static bool node_ok(const uint8_t *p)
@@ -163,7 +168,7 @@ enum spc_status spc_block_decode(const struct spc_reader *r, uint32_t index, boo
         return spc_fail(err, SPC_LIMIT, b.off, "block %u is over the limits", index);
     const uint8_t *at = r->bytes + b.off;
     if (check) {
-        if (XXH64(at, spc_chunk_bytes(b.stored_bytes), 0) != b.hash)
+        if (XXH64(at, spc_block_chunk_bytes(&b), 0) != b.hash)
             return spc_fail(err, SPC_CHECKSUM, b.off, "checksum of block %u does not match", index);
         spc_reader_cluster(r, b.cluster, &c);
         spc_chunk_encode(&b, index, c.origin, chunk);
@@ -171,7 +176,7 @@ enum spc_status spc_block_decode(const struct spc_reader *r, uint32_t index, boo
             return spc_fail(err, SPC_CORRUPT, b.off, "header of block %u is not the directory's",
                             index);
         const uint64_t end = (uint64_t)CH_SIZE + b.stored_bytes;
-        if (!all_zero(at + end, spc_chunk_bytes(b.stored_bytes) - end))
+        if (!all_zero(at + end, spc_block_chunk_bytes(&b) - end))
             return spc_fail(err, SPC_CORRUPT, b.off, "padding behind block %u is not zero", index);
     }
     if (b.codec == SPC_CODEC_RAW) {

@@ -256,7 +256,7 @@ static enum spc_status check_block(const struct spc_reader *r, const struct spc_
         (b.codec == SPC_CODEC_RAW && b.stored_bytes != b.raw_bytes))
         return spc_fail(err, SPC_CORRUPT, record, "block %u has sizes that contradict each other",
                         index);
-    if (b.off != *at || !range_fits(b.off, spc_chunk_bytes(b.stored_bytes), r->size))
+    if (b.off != *at || !range_fits(b.off, spc_block_chunk_bytes(&b), r->size))
         return spc_fail(err, SPC_CORRUPT, record + BL_OFF, "block %u does not lie where it should",
                         index);
     if (!range_ok(b.e_parent_min, b.e_parent_max) || !(b.e_parent_max <= c->e_parent_max) ||
@@ -265,7 +265,7 @@ static enum spc_status check_block(const struct spc_reader *r, const struct spc_
         !exponents_ok(b.step_exp, b.link_base))
         return spc_fail(err, SPC_CORRUPT, record, "block %u has ranges outside its cluster's",
                         index);
-    *at += spc_chunk_bytes(b.stored_bytes);
+    *at += spc_block_chunk_bytes(&b);
     counts[b.kind] += b.node_count;
     *vertices += b.vertex_count;
     return SPC_OK;

@@ -39,12 +39,6 @@ static inline uint64_t spc_data_start(uint64_t head_bytes)
     return (head_bytes + SPC_CHUNK_ALIGN - 1) & ~(uint64_t)(SPC_CHUNK_ALIGN - 1);
 }
 
-/* Bytes of a block's chunk in the file, padding included. */
-static inline uint64_t spc_chunk_bytes(uint32_t stored_bytes)
-{
-    return spc_data_start((uint64_t)CH_SIZE + stored_bytes);
-}
-
 /* Codes, counts and groups of a decoded payload. at_off names the chunk in messages. */
 enum spc_status spc_payload_check(const struct spc_block *block,
                                   const struct spc_block_layout *layout, uint32_t normal_clusters,

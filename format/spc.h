@@ -256,6 +256,9 @@ void spc_reader_axis(const struct spc_reader *reader, uint32_t k, double axis[3]
 void spc_reader_cluster(const struct spc_reader *reader, uint32_t id, struct spc_cluster *out);
 void spc_reader_block(const struct spc_reader *reader, uint32_t index, struct spc_block *out);
 
+/* Bytes of a block's chunk in the file: header, payload, padding. */
+uint64_t spc_block_chunk_bytes(const struct spc_block *block);
+
 /*
  * Checks the chunk's checksum and decodes its payload into out[block.raw_bytes], 16-byte aligned.
  * With check false the checksum is skipped (it was checked before); content is still validated.

@@ -203,7 +203,7 @@ enum spc_status spc_writer_cluster(struct spc_writer *w, uint32_t id, struct spc
     c->data_off = w->at;
     for (uint32_t k = 0; k < c->block_count; k++) {
         struct spc_block *b = &blocks[k];
-        const size_t bytes = (size_t)spc_chunk_bytes(b->stored_bytes);
+        const size_t bytes = (size_t)spc_block_chunk_bytes(b);
         if (bytes > w->chunk_max) {
             uint8_t *grown = realloc(w->chunk, bytes);
             if (grown == NULL)

@@ -8,8 +8,9 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <unistd.h>
 
-/* ---- archives ---------------------------------------------------------------------------------- */
+/* ---- archives -------------------------------------------------------------------------------- */
 
 enum shape { SPHERE, SOUP, SHEET };
 
@@ -71,7 +72,7 @@ static const struct recipe recipes[] = {
 };
 enum { RECIPES = sizeof recipes / sizeof *recipes };
 
-static struct spc_reader *build(const struct recipe *r, uint64_t seed)
+static void build(const struct recipe *r, uint64_t seed, const char *path)
 {
     struct case_mesh m = r->shape == SPHERE ? case_sphere(r->faces, seed)
                          : r->shape == SOUP ? case_soup(r->faces, seed)
@@ -81,7 +82,7 @@ static struct spc_reader *build(const struct recipe *r, uint64_t seed)
     if (r->colors)
         case_color(&m);
     const char *scan = case_write(&m, "oracle.ply");
-    struct spb_build_options o = case_options(scan, case_path("oracle.spc"));
+    struct spb_build_options o = case_options(scan, path);
     o.cluster_nodes = r->cluster_nodes;
     o.block_nodes = r->block_nodes;
     o.codec = r->codec;
@@ -91,7 +92,44 @@ static struct spc_reader *build(const struct recipe *r, uint64_t seed)
     o.normal_clusters = r->normal_clusters > 0 ? r->normal_clusters : o.normal_clusters;
     struct spc_reader *reader = case_build(&o);
     ck_assert_uint_eq(spc_reader_header(reader)->leaf_count, m.face_count);
+    spc_reader_close(reader);
     case_mesh_free(&m);
+}
+
+static char folder[64];             /* of the archives; the program's, not a test's */
+
+bool oracle_start(void)
+{
+    strcpy(folder, "/tmp/spc-oracle-XXXXXX");
+    return mkdtemp(folder) != NULL;
+}
+
+static void archive_path(uint32_t r, char path[100])
+{
+    snprintf(path, 100, "%s/%u.spc", folder, r);
+}
+
+void oracle_finish(void)
+{
+    char path[100];
+    for (uint32_t r = 0; r < RECIPES; r++) {
+        archive_path(r, path);
+        unlink(path);
+    }
+    rmdir(folder);
+}
+
+/* Builds what no test before has built. */
+static struct spc_reader *archive(uint32_t r, uint64_t seed)
+{
+    char path[100];
+    struct spc_reader *reader;
+    struct spc_error err = {0};
+    archive_path(r, path);
+    if (access(path, F_OK) != 0)
+        build(&recipes[r], seed, path);
+    if (spc_reader_open(path, &reader, &err) != SPC_OK)
+        ck_abort_msg("%s: %s", recipes[r].name, err.what);
     return reader;
 }
 
@@ -118,7 +156,7 @@ void oracle_each(void (*check)(struct oracle_case *c))
     const uint64_t seed = number_from("ORACLE_SEED", 1);
     for (uint32_t r = 0; r < RECIPES; r++) {
         struct oracle_case c = {.name = recipes[r].name, .seed = 1000 * seed + r};
-        c.reader = build(&recipes[r], c.seed);
+        c.reader = archive(r, c.seed);
         oracle_load(&c.tree, c.reader);
         c.exact = get(c.tree.node_count, 1);
         c.shader = get(c.tree.node_count, 1);
@@ -136,7 +174,7 @@ void oracle_each(void (*check)(struct oracle_case *c))
     }
 }
 
-/* ---- views ------------------------------------------------------------------------------------- */
+/* ---- views ----------------------------------------------------------------------------------- */
 
 uint32_t oracle_pick(struct oracle_case *c, uint32_t n)
 {
@@ -184,7 +222,7 @@ static double file_units(const struct oracle_case *c, double units)
     return ldexp(units, c->tree.header->unit_exp);
 }
 
-enum { EYES = 12, EYE_FRAMED = 9 };
+enum { EYE_BEYOND = 2, EYE_FRAMED = 9, EYES = 12, VIEWS = 16 };
 
 static void place_eye(struct oracle_case *c, uint32_t kind, double eye[3])
 {
@@ -203,7 +241,7 @@ static void place_eye(struct oracle_case *c, uint32_t kind, double eye[3])
     case 1:
         around(c, middle, size * 1e6, eye);
         break;
-    case 2:
+    case EYE_BEYOND:
         around(c, middle, size * (oracle_pick(c, 2) ? 1e20 : 1e40), eye);
         break;
     case 3:                         /* exactly on a node, in its ball, on its ball's edge */
@@ -229,9 +267,8 @@ static void place_eye(struct oracle_case *c, uint32_t kind, double eye[3])
     }
 }
 
-static double accept(struct oracle_case *c, bool *pixels)
+static double accept(struct oracle_case *c)
 {
-    *pixels = false;
     const uint32_t kind = oracle_pick(c, 10);
     if (kind < 3)
         return log_between(c, 1e-6, 1e4);
@@ -244,7 +281,6 @@ static double accept(struct oracle_case *c, bool *pixels)
         if (eps > 1e-30 && eps < 0x1p20)
             return eps;
     }
-    *pixels = true;
     return spv_camera_eps(&c->view.camera, log_between(c, 0.25, 16));
 }
 
@@ -253,40 +289,245 @@ static void assert_camera(const struct oracle_case *c, const double target[3], d
     const struct spv_camera *k = &c->view.camera;
     const double *axis[3] = {k->right, k->up, k->forward};
     double toward = 0, length2 = 0;
+    bool good = true;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             const double dot = axis[i][0] * axis[j][0] + axis[i][1] * axis[j][1] + axis[i][2] * axis[j][2];
-            ck_assert_double_eq_tol(dot, i == j, 1e-12);
+            good = good && fabs(dot - (i == j)) < 1e-12;
         }
     for (int a = 0; a < 3; a++) {
         const int b = (a + 1) % 3, d = (a + 2) % 3;
-        ck_assert_double_eq_tol(k->right[a], k->forward[b] * k->up[d] - k->forward[d] * k->up[b], 1e-12);
+        good = good && fabs(k->forward[b] * k->up[d] - k->forward[d] * k->up[b] - k->right[a]) < 1e-12;
         toward += k->forward[a] * (target[a] - k->eye[a]);
         length2 += (target[a] - k->eye[a]) * (target[a] - k->eye[a]);
     }
-    ck_assert_double_eq_tol(toward / sqrt(length2), 1, 1e-12);
-    ck_assert_double_eq_tol(k->focal_px * 2 * tan(fov / 2) / k->height, 1, 1e-12);
+    if (!good || fabs(toward / sqrt(length2) - 1) > 1e-12 ||
+        fabs(k->focal_px * 2 * tan(fov / 2) / k->height - 1) > 1e-12)
+        oracle_fail(c, "the camera does not look where it should");
+}
+
+static void aim(struct oracle_case *c, const double eye[3], const double target[3], const double up[3])
+{
+    const double fov = between(c, 0.3, 1.8);
+    const int width = 64 + (int)oracle_pick(c, 2000), height = 64 + (int)oracle_pick(c, 1000);
+    ck_assert(spv_camera_look(&c->view.camera, eye, target, up, fov, width, height));
+    assert_camera(c, target, fov);
 }
 
 void oracle_look_at(struct oracle_case *c, const double eye[3], const double target[3])
 {
-    const double fov = between(c, 0.3, 1.8);
-    const int width = 64 + (int)oracle_pick(c, 2000), height = 64 + (int)oracle_pick(c, 1000);
     double up[3], to[3] = {target[0], target[1], target[2]};
-    if (to[0] == eye[0] && to[1] == eye[1] && to[2] == eye[2])
-        around(c, eye, c->tree.size, to);
+    for (double far = c->tree.size; to[0] == eye[0] && to[1] == eye[1] && to[2] == eye[2]; far *= 1024)
+        around(c, eye, far, to);
     direction(c, up);
-    ck_assert(spv_camera_look(&c->view.camera, eye, to, up, fov, width, height));
-    assert_camera(c, to, fov);
+    aim(c, eye, to, up);
 }
 
-void oracle_look(struct oracle_case *c, uint32_t k)
+/* ---- views made to fail ---------------------------------------------------------------------- */
+
+static void cross(const double a[3], const double b[3], double out[3])
 {
-    const uint64_t archive = c->seed & 0xFFFFFFFF;
-    c->seed = archive | (uint64_t)k << 32;
-    c->state = c->seed * 0x9E3779B97F4A7C15u;
+    for (int k = 0; k < 3; k++)
+        out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+static void perpendicular(struct oracle_case *c, const double d[3], double out[3])
+{
+    double other[3], length;
+    do {
+        direction(c, other);
+        cross(d, other, out);
+        length = sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]);
+    } while (length < 0.01);
+    for (int a = 0; a < 3; a++)
+        out[a] /= length;
+}
+
+/* An eps at which the node is drawn from where the eye is, where there is one. */
+static void draw_node(struct oracle_case *c, const struct oracle_node *n)
+{
+    c->view.eps = 1;
+    const double rho = fmax(oracle_q(&c->tree, n, &c->view), 1e-9 * n->radius);
+    const double most = fmin(n->e_parent, 4 * n->e_self);
+    c->view.eps = between(c, n->e_self, most) * (1 + 1e-6) / rho;
+}
+
+/* A node just inside one of the picture's edges, the rest of its cluster perhaps beyond. */
+static void look_past(struct oracle_case *c)
+{
+    const struct oracle_node *n = some_node(c);
+    double eye[3], d[3], e[3], other[3], target[3], forward[3], side[3];
+    direction(c, d);
+    perpendicular(c, d, e);
+    const double away = c->tree.size * log_between(c, 0.01, 1e4);
+    for (int a = 0; a < 3; a++)
+        eye[a] = n->center[a] - away * d[a];
+    aim(c, eye, n->center, e);      /* a lens; then the direction from which it just sees the node */
+    struct spv_camera *k = &c->view.camera;
+    const bool across = oracle_pick(c, 2);
+    const double in = 1 - log_between(c, 1e-7, 0.2);
+    const double angle = atan(in * (across ? k->width : k->height) / 2 / k->focal_px);
+    for (int a = 0; a < 3; a++) {
+        forward[a] = cos(angle) * d[a] - sin(angle) * e[a];
+        side[a] = sin(angle) * d[a] + cos(angle) * e[a];
+        target[a] = eye[a] + 1000 * away * forward[a];
+    }
+    cross(side, forward, other);
+    const double fov = 2 * atan(k->height / (2 * k->focal_px));
+    ck_assert(spv_camera_look(k, eye, target, across ? other : side, fov, k->width, k->height));
+    draw_node(c, n);
+}
+
+static double reach_along(const struct oracle_case *c, const struct oracle_node *n, const double m[3])
+{
+    double along = 0, at = 0;
+    for (int a = 0; a < 3; a++) {
+        along += n->normal[a] * m[a];
+        at += ldexp(n->center[a] - c->tree.nodes[0].center[a], -c->tree.header->unit_exp) * m[a];
+    }
+    return at + fabs(along) * n->height + n->radius * sqrt(fmax(0, 1 - along * along));
+}
+
+static bool is_below(const struct oracle_case *c, uint32_t cluster, uint32_t above)
+{
+    while (cluster > above)         /* parents have smaller ids */
+        cluster = c->tree.clusters[cluster].parent;
+    return cluster == above;
+}
+
+/* An axis, or any direction. */
+static void axis_or_any(struct oracle_case *c, double m[3])
+{
+    direction(c, m);
+    if (oracle_pick(c, 4) == 0)
+        return;
+    const uint32_t axis = oracle_pick(c, 3);
+    for (uint32_t a = 0; a < 3; a++)
+        m[a] = a != axis ? 0 : m[a] < 0 ? -1 : 1;
+}
+
+/* The eye in the outermost pill of a cluster, or of all below, looking out: its tip alone is in front. */
+static void look_out(struct oracle_case *c)
+{
+    const uint32_t cluster = oracle_pick(c, c->tree.header->cluster_count);
+    const bool below = oracle_pick(c, 2);
+    const struct oracle_node *n = NULL;
+    double m[3], eye[3], target[3], along = 0, length2 = 0, flat[3];
+    axis_or_any(c, m);
+    for (uint32_t i = 0; i < c->tree.node_count; i++) {
+        const struct oracle_node *o = &c->tree.nodes[i];
+        if (below ? !is_below(c, o->cluster, cluster) : o->cluster != cluster)
+            continue;
+        if (n == NULL || reach_along(c, o, m) > reach_along(c, n, m))
+            n = o;
+    }
+    for (int a = 0; a < 3; a++)
+        along += n->normal[a] * m[a];
+    for (int a = 0; a < 3; a++) {
+        flat[a] = m[a] - along * n->normal[a];
+        length2 += flat[a] * flat[a];
+    }
+    const double back = n->radius * log_between(c, 1e-4, 0.4);
+    for (int a = 0; a < 3; a++) {
+        const double tip = (along < 0 ? -1 : 1) * n->height * n->normal[a] +
+                           (length2 > 0 ? n->radius * flat[a] / sqrt(length2) : 0);
+        eye[a] = n->center[a] + file_units(c, tip - back * m[a]);
+        target[a] = eye[a] + c->tree.size * m[a];
+    }
+    oracle_look_at(c, eye, target);
+    draw_node(c, n);
+}
+
+/* The axis along which the node's ball comes nearest to a face of what a cluster has below. */
+static void way_out(const struct oracle_case *c, const struct oracle_node *n, uint32_t cluster, double m[3])
+{
+    const struct spc_cluster *k = &c->tree.clusters[cluster];
+    double best = INFINITY;
+    for (int face = 0; face < 6; face++) {
+        const int axis = face % 3, sign = face < 3 ? -1 : 1;
+        const double at = ldexp(n->center[axis] - k->origin[axis], -c->tree.header->unit_exp);
+        const double gap = sign * ((double)k->sub_box[face] - at) - n->radius;
+        if (gap >= best)
+            continue;
+        best = gap;
+        for (int a = 0; a < 3; a++)
+            m[a] = a == axis ? sign : 0;
+    }
+}
+
+/*
+ * A node at the border of its upper test. Below a cluster there may be longer links than in it:
+ * takes the longest, where there is such a cluster, and looks from outside.
+ */
+static void look_from_border(struct oracle_case *c)
+{
+    const struct oracle_node *n = some_node(c);
+    double m[3], eye[3];
+    axis_or_any(c, m);
+    for (int tries = 0; tries < 20 && oracle_pick(c, 20); tries++) {
+        const uint32_t cluster = oracle_pick(c, c->tree.header->cluster_count);
+        const struct spc_cluster *k = &c->tree.clusters[cluster];
+        if (k->sub_link_max <= k->link_max)
+            continue;
+        for (uint32_t i = 0; i < c->tree.node_count; i++)
+            if (c->tree.nodes[i].link > (double)k->link_max && is_below(c, c->tree.nodes[i].cluster, cluster))
+                n = oracle_pick(c, 2) || n->cluster <= cluster ? &c->tree.nodes[i] : n;
+        way_out(c, n, cluster, m);
+        break;
+    }
+    c->view.eps = oracle_pick(c, 2) ? log_between(c, 1, 1e6) : log_between(c, 1e-4, 1);
+    const double border = n->parent == SPC_NONE ? 1 : n->e_parent / c->view.eps + n->link;
+    const double away = n->radius + border * (1 + between(c, -2e-6, 2e-6));
+    for (int a = 0; a < 3; a++)
+        eye[a] = n->center[a] + file_units(c, away * m[a]);
+    oracle_look_at(c, eye, n->center);
+}
+
+/*
+ * In one line behind a node and its parent, which is all but fine enough: no link may be shorter.
+ * Near them, rounding counts most.
+ */
+static void look_from_behind_parent(struct oracle_case *c)
+{
+    const struct oracle_node *n = &c->tree.nodes[oracle_pick(c, c->tree.node_count)];
+    const struct oracle_node *p = n->parent == SPC_NONE ? n : &c->tree.nodes[n->parent];
+    double m[3], eye[3], length = 0;
+    direction(c, m);
+    for (int a = 0; a < 3; a++)
+        length = hypot(length, p->center[a] - n->center[a]);
+    const double rho = p->radius * log_between(c, 1e-4, 10);
+    for (int a = 0; a < 3; a++) {
+        m[a] = length > 0 ? (p->center[a] - n->center[a]) / length : m[a];
+        eye[a] = p->center[a] + file_units(c, (p->radius + rho) * m[a]);
+    }
+    oracle_look_at(c, eye, n->center);
+    c->view.eps = 1;
+    c->view.eps = p->e_self / oracle_q(&c->tree, p, &c->view) * (1 + between(c, -3e-7, 3e-7));
+}
+
+static void look_hard(struct oracle_case *c, uint32_t kind)
+{
+    switch (kind) {
+    case 0:
+        look_past(c);
+        break;
+    case 1:
+        look_out(c);
+        break;
+    case 2:
+        look_from_border(c);
+        break;
+    default:
+        look_from_behind_parent(c);
+    }
+    c->view.eps = c->view.eps > 1e-12 ? fmin(c->view.eps, 0x1.fffffep19) : 1;
+}
+
+/* ---------------------------------------------------------------------------------------------- */
+
+static void look_anywhere(struct oracle_case *c, uint32_t kind)
+{
     double eye[3], target[3];
-    const uint32_t kind = k % EYES;
     place_eye(c, kind, eye);
     const double *at = some_node(c)->center;
     if (oracle_pick(c, 4) > 0)
@@ -294,12 +535,35 @@ void oracle_look(struct oracle_case *c, uint32_t k)
     else
         around(c, eye, c->tree.size, target);
     oracle_look_at(c, eye, target);
-    bool pixels;
-    c->view.eps = accept(c, &pixels);
+    c->view.eps = accept(c);
+    if (kind == EYE_BEYOND)         /* there distances in float32 are infinite, and so must errors be */
+        c->view.eps = fmax(c->view.eps, 1e-6);
+}
+
+static void start_view(struct oracle_case *c, uint32_t k)
+{
+    const uint64_t archive = c->seed & 0xFFFFFFFF;
+    c->seed = archive | (uint64_t)k << 32;
+    c->state = c->seed * 0x9E3779B97F4A7C15u;
     c->view.mode = oracle_pick(c, 3) ? SPV_HYBRID : SPV_POINTS;
     c->view.cull = false;
-    c->useful = pixels && kind >= EYE_FRAMED;
+}
+
+void oracle_look(struct oracle_case *c, uint32_t k)
+{
+    start_view(c, k);
+    if (k % VIEWS < EYES)
+        look_anywhere(c, k % VIEWS);
+    else
+        look_hard(c, k % VIEWS - EYES);
     ck_assert(c->view.eps > 0 && c->view.eps < 0x1p20);
+}
+
+void oracle_frame(struct oracle_case *c, uint32_t k)
+{
+    start_view(c, k);
+    look_anywhere(c, EYE_FRAMED);
+    c->view.eps = spv_camera_eps(&c->view.camera, log_between(c, 0.25, 16));
 }
 
 void oracle_select(struct oracle_case *c)
@@ -309,7 +573,8 @@ void oracle_select(struct oracle_case *c)
         oracle_fail(c, "select: %s", err.what);
     memset(c->chosen, 0, c->tree.header->block_count * sizeof *c->chosen);
     for (uint32_t k = 0; k < c->selection.block_count; k++) {
-        ck_assert_uint_lt(c->selection.blocks[k].block, c->tree.header->block_count);
+        if (c->selection.blocks[k].block >= c->tree.header->block_count)
+            oracle_fail(c, "block %u is chosen", c->selection.blocks[k].block);
         c->chosen[c->selection.blocks[k].block] = true;
     }
 }
@@ -324,6 +589,7 @@ void oracle_fail(const struct oracle_case *c, const char *format, ...)
     const double *eye = c->view.camera.eye;
     ck_abort_msg("%s, archive seed %u, view %u, eye %.17g %.17g %.17g, eps %.17g, %s%s: %s", c->name,
                  (unsigned)c->seed, (unsigned)(c->seed >> 32), eye[0], eye[1], eye[2], c->view.eps,
-                 c->view.mode == SPV_HYBRID ? "hybrid" : "points", c->view.cull ? ", culled" : "", what);
+                 (const char *[]){"hybrid", "points", "triangles"}[c->view.mode],
+                 c->view.cull ? ", culled" : "", what);
     abort();
 }

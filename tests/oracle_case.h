@@ -15,13 +15,16 @@ struct oracle_case {
     uint64_t seed;                  /* of the view, for messages */
     uint64_t state;                 /* random numbers that belong to it */
     struct spv_view view;
-    bool useful;                    /* the model framed from outside, eps a few pixels */
     uint8_t *exact, *shader, *walk; /* [node_count] scratch */
     bool *chosen;                   /* [block_count] scratch */
     struct spv_selection selection;
 };
 
-/* Builds each archive, calls check and throws the archive away. */
+/* A folder for the archives, from the first test to the last: around SUITE in main. */
+bool oracle_start(void);
+void oracle_finish(void);
+
+/* Calls check with each archive; builds it where no test has. Needs case_start as a fixture. */
 void oracle_each(void (*check)(struct oracle_case *c));
 
 /* How many views a case takes when it asks for n. */
@@ -29,6 +32,9 @@ uint32_t oracle_views(uint32_t n);
 
 /* Takes random view number k: eye, direction, eps and mode; no culling. */
 void oracle_look(struct oracle_case *c, uint32_t k);
+
+/* The same, as people look: the model framed from outside, and eps 0.25 to 16 pixels. */
+void oracle_frame(struct oracle_case *c, uint32_t k);
 
 /* Puts the eye at a place and looks at another, or past it where they are the same. */
 void oracle_look_at(struct oracle_case *c, const double eye[3], const double target[3]);

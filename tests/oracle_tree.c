@@ -11,7 +11,14 @@ static void *get(size_t n, size_t size)
     return p;
 }
 
-/* ---- loading ----------------------------------------------------------------------------------- */
+/* ck_assert reports each success through a pipe: too slow for what is said of every node. */
+static void must(bool ok, const char *what, uint32_t where)
+{
+    if (!ok)
+        ck_abort_msg("%s: %u", what, where);
+}
+
+/* ---- loading --------------------------------------------------------------------------------- */
 
 static void fill_node(struct oracle_node *out, const struct spc_node *n)
 {
@@ -49,14 +56,13 @@ static void load_cluster(struct oracle_tree *t, uint32_t id, uint32_t *owner)
         n->index_in_block = s->index_in_block[i];
         n->parent = s->parent[i] == SPC_PARENT_OWNER ? owner[id] : at[s->parent[i]];
         tops += s->parent[i] == SPC_PARENT_OWNER;
-        ck_assert(id == 0 && k == 0 ? n->parent == SPC_NONE : n->parent < me);
+        must(id == 0 && k == 0 ? n->parent == SPC_NONE : n->parent < me, "no parent before node", me);
         if (n->leaf)
             n->triangle = t->leaf_count++;
         if (n->leaf || s->child_cluster[i] == SPC_NO_CHILD_CLUSTER)
             continue;
-        ck_assert_uint_lt(s->child_cluster[i], t->header->cluster_count);
-        ck_assert_uint_eq(owner[s->child_cluster[i]], SPC_NONE);
-        ck_assert_uint_eq(t->clusters[s->child_cluster[i]].parent, id);
+        must(s->child_cluster[i] < t->header->cluster_count && owner[s->child_cluster[i]] == SPC_NONE &&
+                 t->clusters[s->child_cluster[i]].parent == id, "not the owner of a cluster", me);
         owner[s->child_cluster[i]] = me;
     }
     ck_assert_uint_eq(tops, t->clusters[id].top_count);
@@ -72,7 +78,8 @@ static void link_children(struct oracle_tree *t)
     uint32_t next = 0;
     for (uint32_t i = 0; i < t->node_count; i++) {
         struct oracle_node *n = &t->nodes[i];
-        ck_assert(n->leaf ? n->child_count == 0 : n->child_count >= 2 && n->child_count <= 4);
+        must(n->leaf ? n->child_count == 0 : n->child_count >= 2 && n->child_count <= 4,
+             "too many or too few children of node", i);
         n->child_first = next;
         next += n->child_count;
         n->child_count = 0;
@@ -88,13 +95,13 @@ static void take_record(const struct oracle_tree *t, struct oracle_node *n, cons
 {
     const struct spc_block *b = &t->blocks[n->block];
     memcpy(n->record, record, SPC_NODE_BYTES);
+    bool same = n->radius == (double)spc_len_decode(load_u16(record + ND_RADIUS)) &&
+                n->code_self == load_u16(record + ND_E_SELF) &&
+                n->code_parent == load_u16(record + ND_E_PARENT) && (b->kind == SPC_BLOCK_LEAF) == n->leaf;
     for (int a = 0; a < 3; a++)
-        ck_assert_double_eq(n->center[a], t->clusters[b->cluster].origin[a] +
-                                              ldexp(load_u16(record + ND_X + 2 * a), b->step_exp));
-    ck_assert_double_eq(n->radius, (double)spc_len_decode(load_u16(record + ND_RADIUS)));
-    ck_assert_uint_eq(n->code_self, load_u16(record + ND_E_SELF));
-    ck_assert_uint_eq(n->code_parent, load_u16(record + ND_E_PARENT));
-    ck_assert_uint_eq(b->kind == SPC_BLOCK_LEAF, n->leaf);
+        same = same && n->center[a] == t->clusters[b->cluster].origin[a] +
+                                           ldexp(load_u16(record + ND_X + 2 * a), b->step_exp);
+    must(same, "a record does not say what its node says: block", n->block);
 }
 
 static void load_block(struct oracle_tree *t, uint32_t block)
@@ -107,7 +114,7 @@ static void load_block(struct oracle_tree *t, uint32_t block)
     uint32_t axis = 0, axis_end = load_u16(payload + l.groups);
     for (uint32_t i = 0; i < b->node_count; i++) {
         struct oracle_node *n = &t->nodes[t->stored[t->stored_first[block] + i]];
-        ck_assert(n->block == block && n->index_in_block == i);
+        must(n->block == block && n->index_in_block == i, "wrong places in block", block);
         take_record(t, n, payload + l.nodes + SPC_NODE_BYTES * i);
         while (i >= axis_end)
             axis_end += load_u16(payload + l.groups + 4 * ++axis);
@@ -131,7 +138,7 @@ static void load_blocks(struct oracle_tree *t)
     memset(t->stored, 0xFF, t->node_count * sizeof *t->stored);
     for (uint32_t i = 0; i < t->node_count; i++) {
         uint32_t *place = &t->stored[t->stored_first[t->nodes[i].block] + t->nodes[i].index_in_block];
-        ck_assert_uint_eq(*place, SPC_NONE);
+        must(*place == SPC_NONE, "its place is taken: node", i);
         *place = i;
     }
     for (uint32_t k = 0; k < count; k++)
@@ -180,7 +187,7 @@ void oracle_free(struct oracle_tree *t)
     *t = (struct oracle_tree){0};
 }
 
-/* ---- drawing ----------------------------------------------------------------------------------- */
+/* ---- drawing --------------------------------------------------------------------------------- */
 
 bool oracle_hybrid(const struct oracle_tree *t, const struct spv_view *view)
 {

@@ -123,7 +123,7 @@ static bool block_in_range(const struct select *s, const struct spc_block *b, do
     const struct spv_view *v = s->view;
     const bool leaf = b->kind == SPC_BLOCK_LEAF;
     if (v->mode == SPV_TRIANGLES)
-        return leaf;
+        return leaf && (s->header->flags & SPC_FLAG_TRIANGLES);
     if ((double)b->e_parent_max + v->eps * (double)b->link_max < v->eps * low * LOW) {
         *end = true;                /* and so are all later ones: the prefix ends */
         return false;
@@ -146,7 +146,7 @@ static enum spc_status choose(struct select *s, uint32_t index, const struct spc
     }
     out->blocks[out->block_count++] = (struct spv_chosen){index, error};
     out->nodes += b->node_count;
-    out->bytes += b->stored_bytes;
+    out->bytes += spc_block_chunk_bytes(b);
     return SPC_OK;
 }
 
