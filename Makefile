@@ -11,8 +11,9 @@ CFLAGS ?= -O2 -g
 CFLAGS_debug := -O0 -g
 CFLAGS_asan := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
 CFLAGS_tsan := -O1 -g -fsanitize=thread
-# -ffp-contract=off: stored values must not depend on whether a machine has fused operations
-FLAGS := -D_POSIX_C_SOURCE=200809L -D_FILE_OFFSET_BITS=64 -ffp-contract=off -pthread -MMD -MP \
+# -ffp-contract=off: stored values must not depend on whether a machine has fused operations.
+# -fno-trapping-math, -fno-math-errno: change no value, but let loops with conditions become vectors.
+FLAGS := -D_POSIX_C_SOURCE=200809L -D_FILE_OFFSET_BITS=64 -ffp-contract=off -fno-trapping-math -fno-math-errno -pthread -MMD -MP \
 	-Wall -Wextra -Wconversion -Wshadow $(if $(WERROR),-Werror) -Iformat -Ilibbuild -Iviewer -Icmd -Itests
 ALL_CFLAGS = -std=c11 $(FLAGS) -Wstrict-prototypes $(or $(CFLAGS_$(CONFIG)),$(CFLAGS))
 ALL_CXXFLAGS = -std=c++17 $(FLAGS) -Wno-conversion -Wno-shadow -Wno-maybe-uninitialized $(or $(CFLAGS_$(CONFIG)),$(CFLAGS))
@@ -39,6 +40,9 @@ say := @echo "  "
 .PHONY: all demo check tests asan tsan bench deps deps-check format tidy layers install clean help
 .SECONDARY:                     # keep objects
 all: $(BINARIES)                ## the tools, into build/release/
+
+# loops that are written to become vectors
+$(if $(filter release,$(CONFIG)),$(B)/obj/format/leaf_record.o): ALL_CFLAGS += -O3
 
 $(B)/obj/%.o: %.c Makefile
 	@mkdir -p $(@D)

@@ -24,9 +24,9 @@ static const char HELP[] =
     "      --cull auto|none|back  are back faces never seen? auto: when the surface is closed\n"
     "      --error bound|paper    errors as proved bounds, or as the thesis defines them\n"
     "      --codec raw|zstd[:LEVEL]   how blocks are stored (default zstd:1)\n"
-    "      --cluster-nodes N  most nodes a cluster (default 32768)\n"
-    "      --block-nodes N    most nodes a block (default 8192)\n"
-    "      --normal-clusters N    directions nodes are grouped by, 1 to 128 (default 128)\n"
+    "      --cluster-nodes N  most nodes a cluster (default 28672)\n"
+    "      --block-nodes N    most nodes a block (default 32768)\n"
+    "      --normal-clusters N    directions nodes are grouped by, 1 to 128 (128 when closed, else 1)\n"
     "      --progress MODE    auto, always, never or json\n"
     "      --json             the summary as JSON on standard output\n"
     "  -q, --quiet            no summary\n"
@@ -178,7 +178,6 @@ static char *make_meta(void *ctx, const struct spc_header *header, const char *f
     static const char *const culls[] = {"auto", "none", "back"};
     const struct spb_build_options *b = ctx;
     char codec[16] = "raw";
-    (void)header;
     if (b->codec == SPC_CODEC_ZSTD)
         snprintf(codec, sizeof codec, "zstd:%d", b->level);
     json_t *meta = json_pack(
@@ -186,7 +185,7 @@ static char *make_meta(void *ctx, const struct spc_header *header, const char *f
         "generator", "name", "spc-build", "version", SPC_TOOL_VERSION,
         "options", "error", b->paper_error ? "paper" : "bound", "cull", culls[b->cull], "codec",
         codec, "triangles", (int)b->triangles, "cluster_nodes", (int)b->cluster_nodes,
-        "block_nodes", (int)b->block_nodes, "normal_clusters", (int)b->normal_clusters,
+        "block_nodes", (int)b->block_nodes, "normal_clusters", (int)header->normal_clusters,
         "sources", source_json(b, format, vertices, faces));
     char *text = meta ? json_dumps(meta, JSON_COMPACT) : NULL;
     json_decref(meta);

@@ -5,6 +5,7 @@
 #include "format_int.h"
 
 #include "bytes.h"
+#include "columns.h"
 
 #include <math.h>
 #include <xxhash.h>
@@ -180,11 +181,11 @@ enum spc_status spc_block_decode(const struct spc_reader *r, uint32_t index, boo
             return spc_fail(err, SPC_CORRUPT, b.off, "padding behind block %u is not zero", index);
     }
     if (b.codec == SPC_CODEC_RAW) {
-        memcpy(out, at + CH_SIZE, b.raw_bytes);
+        memcpy(out, at + CH_SIZE, layout.bytes);
     } else {
+        const struct spc_frame frame = spc_reader_frame(r, b.cluster);
         const enum spc_status status =
-            spc_planes_decode(&b, &layout, r->header.normal_clusters, at + CH_SIZE, b.stored_bytes,
-                              out, err);
+            columns_decode(&b, &layout, &frame, at + CH_SIZE, b.stored_bytes, out, err);
         if (status != SPC_OK)
             return status;
     }
@@ -198,16 +199,17 @@ size_t spc_block_stored_bound(uint32_t raw_bytes)
 }
 
 enum spc_status spc_block_encode(struct spc_block *b, const struct spc_block_layout *layout,
-                                 uint32_t normal_clusters, const uint8_t *payload, int level,
+                                 const struct spc_frame *frame, const struct spc_family *families,
+                                 uint32_t family_count, const uint8_t *payload, int level,
                                  uint8_t *stored, struct spc_error *err)
 {
-    size_t bytes = b->raw_bytes;
+    size_t bytes = layout->bytes;
     if (b->codec == SPC_CODEC_RAW) {
         memcpy(stored, payload, bytes);
     } else {
         const enum spc_status status =
-            spc_planes_encode(b, layout, normal_clusters, payload, level, stored,
-                              spc_block_stored_bound(b->raw_bytes), &bytes, err);
+            columns_encode(b, layout, frame, families, family_count, payload, level, stored,
+                           spc_block_stored_bound(layout->bytes), &bytes, err);
         if (status != SPC_OK)
             return status;
     }

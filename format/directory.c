@@ -107,7 +107,7 @@ void spc_block_record_encode(const struct spc_block *b, uint8_t *out)
 {
     store_u64(out + BL_OFF, b->off);
     store_u32(out + BL_STORED_BYTES, b->stored_bytes);
-    store_u32(out + BL_RAW_BYTES, b->raw_bytes);
+    store_f32(out + BL_DIAGONAL, b->diagonal);
     store_u32(out + BL_NODE_COUNT, b->node_count);
     store_u32(out + BL_VERTEX_COUNT, b->vertex_count);
     store_u32(out + BL_CLUSTER, b->cluster);
@@ -129,7 +129,7 @@ void spc_block_record_decode(const uint8_t *in, struct spc_block *b)
 {
     b->off = load_u64(in + BL_OFF);
     b->stored_bytes = load_u32(in + BL_STORED_BYTES);
-    b->raw_bytes = load_u32(in + BL_RAW_BYTES);
+    b->diagonal = load_f32(in + BL_DIAGONAL);
     b->node_count = load_u32(in + BL_NODE_COUNT);
     b->vertex_count = load_u32(in + BL_VERTEX_COUNT);
     b->cluster = load_u32(in + BL_CLUSTER);
@@ -160,7 +160,7 @@ void spc_chunk_encode(const struct spc_block *b, uint32_t index, const double or
     store_u32(out + CH_NODE_COUNT, b->node_count);
     store_u32(out + CH_VERTEX_COUNT, b->vertex_count);
     store_u32(out + CH_STORED_BYTES, b->stored_bytes);
-    store_u32(out + CH_RAW_BYTES, b->raw_bytes);
+    store_f32(out + CH_DIAGONAL, b->diagonal);
     store_u16(out + CH_STEP_EXP, (uint16_t)b->step_exp);
     store_u16(out + CH_LINK_BASE, (uint16_t)b->link_base);
     for (int a = 0; a < 3; a++)
@@ -252,8 +252,8 @@ static enum spc_status check_block(const struct spc_reader *r, const struct spc_
         : b.vertex_width == 0;
     if (!width_ok || (triangles ? b.vertex_count == 0 : b.vertex_count != 0) ||
         !spc_block_layout(&b, r->header.flags, r->header.normal_clusters, &layout) ||
-        b.raw_bytes != layout.bytes ||
-        (b.codec == SPC_CODEC_RAW && b.stored_bytes != b.raw_bytes))
+        !(b.diagonal >= 0 && isfinite(b.diagonal)) ||
+        (b.codec == SPC_CODEC_RAW && b.stored_bytes != layout.bytes))
         return spc_fail(err, SPC_CORRUPT, record, "block %u has sizes that contradict each other",
                         index);
     if (b.off != *at || !range_fits(b.off, spc_block_chunk_bytes(&b), r->size))

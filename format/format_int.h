@@ -18,7 +18,7 @@ void spc_header_encode(const struct spc_header *header, const struct spc_section
  * checksum, reserved bits, values. size is the file's.
  */
 enum spc_status spc_header_decode(const uint8_t *in, uint64_t size, struct spc_header *out,
-                                  struct spc_section sections[SE_COUNT], struct spc_error *err);
+                                  struct spc_section sections[SE_SLOTS], struct spc_error *err);
 
 /* Directory records. Decoding accepts any bytes; checking is spc_directory_check. */
 void spc_cluster_encode(const struct spc_cluster *cluster, uint8_t *out);
@@ -44,22 +44,18 @@ enum spc_status spc_payload_check(const struct spc_block *block,
                                   const struct spc_block_layout *layout, uint32_t normal_clusters,
                                   const uint8_t *payload, struct spc_error *err);
 
-/* zstd over planes (spec section 6.4). in[in_bytes] -> payload[layout->bytes] and back. */
-enum spc_status spc_planes_decode(const struct spc_block *block,
-                                  const struct spc_block_layout *layout, uint32_t normal_clusters,
-                                  const uint8_t *in, size_t in_bytes, uint8_t *payload,
-                                  struct spc_error *err);
-enum spc_status spc_planes_encode(const struct spc_block *block,
-                                  const struct spc_block_layout *layout, uint32_t normal_clusters,
-                                  const uint8_t *payload, int level, uint8_t *out, size_t out_max,
-                                  size_t *out_bytes, struct spc_error *err);
-
 struct spc_reader {
     const uint8_t *bytes;
     uint64_t size;
     bool mapped;
     struct spc_header header;
-    struct spc_section sections[SE_COUNT];
+    struct spc_section sections[SE_SLOTS];
 };
+
+/* Smallest link code whose value is >= v; 255 when none is. */
+uint8_t spc_link_bound(double v, int base);
+
+/* What the blocks of a cluster count from. */
+struct spc_frame spc_reader_frame(const struct spc_reader *reader, uint32_t cluster);
 
 #endif

@@ -147,37 +147,54 @@ static enum spc_status check_values(const struct spc_header *h, struct spc_error
     return SPC_OK;
 }
 
-/* Sections lie one after another behind the header; what is between them is checked by level 2. */
+/* The first four are these; any behind them are optional and have names of their own. */
+static bool is_section(const struct spc_section *se, int s)
+{
+    if (s < SE_COUNT)
+        return se->tag == TAGS[s] && se->record_bytes == RECORDS[s];
+    for (int k = 0; k < SE_COUNT; k++)
+        if (se->tag == TAGS[k])
+            return false;
+    return se->record_bytes > 0 && se->bytes % se->record_bytes == 0;
+}
+
+/* Sections lie one after another behind the header; what is between them is checked at open. */
 static enum spc_status check_sections(const struct spc_header *h, const uint8_t *in,
-                                      struct spc_section sections[SE_COUNT], struct spc_error *err)
+                                      struct spc_section sections[SE_SLOTS], struct spc_error *err)
 {
     const uint64_t counts[SE_COUNT] = {h->normal_clusters, h->cluster_count, h->block_count, 0};
-    uint64_t at = HD_SIZE;
-    for (int s = 0; s < SE_COUNT; s++) {
+    uint64_t at = HD_SIZE, end = HD_SIZE;
+    for (int s = 0; s < SE_SLOTS; s++) {
         const uint64_t field = (uint64_t)(HD_SECTIONS + SE_SIZE * s);
         const uint8_t *p = in + field;
         struct spc_section *se = &sections[s];
         *se = (struct spc_section){load_u32(p + SE_TAG), load_u32(p + SE_RECORD_BYTES),
                                    load_u64(p + SE_OFF), load_u64(p + SE_BYTES),
                                    load_u64(p + SE_HASH)};
-        if (se->tag != TAGS[s] || se->record_bytes != RECORDS[s])
+        if (s >= SE_COUNT && se->tag == 0) {
+            if (!all_zero(p, (uint64_t)SE_SIZE * (uint64_t)(SE_SLOTS - s)))
+                return spc_fail(err, SPC_CORRUPT, field, "an unused section record is not zero");
+            break;
+        }
+        if (!is_section(se, s))
             return spc_fail(err, SPC_CORRUPT, field, "section %d is not the one that belongs there",
                             s);
         if (se->off != at || !range_fits(se->off, se->bytes, h->head_bytes))
             return spc_fail(err, SPC_CORRUPT, field, "section %d lies outside the head", s);
-        if (s != SE_META && se->bytes != counts[s] * RECORDS[s])
+        if (s < SE_META && se->bytes != counts[s] * RECORDS[s])
             return spc_fail(err, SPC_CORRUPT, field, "section %d has the wrong size", s);
-        at = align_up(se->off + se->bytes, SPC_CHUNK_ALIGN);
+        end = se->off + se->bytes;
+        at = align_up(end, SPC_CHUNK_ALIGN);
     }
     if (sections[SE_META].bytes > SPC_META_BYTES_MAX)
         return spc_fail(err, SPC_LIMIT, HD_SECTIONS, "metadata is over the limit");
-    if (h->head_bytes != sections[SE_META].off + sections[SE_META].bytes)
+    if (h->head_bytes != end)
         return spc_fail(err, SPC_CORRUPT, HD_HEAD_BYTES, "head does not end with its last section");
     return SPC_OK;
 }
 
 enum spc_status spc_header_decode(const uint8_t *in, uint64_t size, struct spc_header *out,
-                                  struct spc_section sections[SE_COUNT], struct spc_error *err)
+                                  struct spc_section sections[SE_SLOTS], struct spc_error *err)
 {
     const uint64_t magic_bytes = size < HD_MAGIC_LEN ? size : HD_MAGIC_LEN;
     if (size == 0 || memcmp(in, SPC_MAGIC, magic_bytes) != 0)

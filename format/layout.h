@@ -44,8 +44,8 @@ enum { SPC_VERSION_DEVELOPMENT = 0xFFFF };
     X(HD_DROPPED_DEGENERATE, 208, 8)    \
     X(HD_E_MIN, 216, 4)                 \
     X(HD_E_MAX, 220, 4)                 \
-    X(HD_SECTIONS, 224, 128)            \
-    X(HD_ZERO, 352, 152)                \
+    X(HD_SECTIONS, 224, 256)            \
+    X(HD_ZERO, 480, 24)                 \
     X(HD_HASH, 504, 8)
 enum { HD_SIZE = 512 };
 
@@ -56,7 +56,7 @@ enum { HD_SIZE = 512 };
     X(SE_OFF, 8, 8)                     \
     X(SE_BYTES, 16, 8)                  \
     X(SE_HASH, 24, 8)
-enum { SE_SIZE = 32, SE_COUNT = 4 };
+enum { SE_SIZE = 32, SE_COUNT = 4, SE_SLOTS = 8 };  /* optional ones behind the first four */
 enum {                                  /* tags, and their order in the file */
     SE_TAG_AXES = 0x53455841,           /* "AXES" */
     SE_TAG_CLUS = 0x53554C43,           /* "CLUS" */
@@ -112,7 +112,7 @@ enum { TP_SIZE = 24 };
 #define SPC_BLOCK_LAYOUT(X)             \
     X(BL_OFF, 0, 8)                     \
     X(BL_STORED_BYTES, 8, 4)            \
-    X(BL_RAW_BYTES, 12, 4)              \
+    X(BL_DIAGONAL, 12, 4)               \
     X(BL_NODE_COUNT, 16, 4)             \
     X(BL_VERTEX_COUNT, 20, 4)           \
     X(BL_CLUSTER, 24, 4)                \
@@ -143,7 +143,7 @@ enum { BL_SIZE = 64 };
     X(CH_NODE_COUNT, 20, 4)             \
     X(CH_VERTEX_COUNT, 24, 4)           \
     X(CH_STORED_BYTES, 28, 4)           \
-    X(CH_RAW_BYTES, 32, 4)              \
+    X(CH_DIAGONAL, 32, 4)               \
     X(CH_STEP_EXP, 36, 2)               \
     X(CH_LINK_BASE, 38, 2)              \
     X(CH_ORIGIN, 40, 24)
@@ -162,6 +162,16 @@ enum { CH_SIZE = 64, CH_MAGIC_VALUE = 0x4B435053 };     /* "SPCK" */
     X(ND_LINK, 15, 1)
 enum { ND_SIZE = 16 };
 
+/* spec section 6.4, table "prelude" */
+#define SPC_COLUMNS_LAYOUT(X)           \
+    X(CO_FAMILY_COUNT, 0, 4)            \
+    X(CO_E_SHIFT, 4, 1)                 \
+    X(CO_RADIUS_SHIFT, 5, 1)            \
+    X(CO_HEIGHT_SHIFT, 6, 1)            \
+    X(CO_POSITION_BITS, 7, 1)           \
+    X(CO_VERTEX_BASE, 8, 24)
+enum { CO_SIZE = 32 };
+
 /* Offsets by name, and the length of a field as NAME_LEN. */
 enum {
 #define X(name, off, bytes) name = (off), name##_LEN = (bytes),
@@ -172,6 +182,7 @@ enum {
     SPC_BLOCK_LAYOUT(X)
     SPC_CHUNK_LAYOUT(X)
     SPC_NODE_LAYOUT(X)
+    SPC_COLUMNS_LAYOUT(X)
 #undef X
 };
 

@@ -19,10 +19,12 @@
 
 static enum spc_status check_head(const struct spc_reader *r, struct spc_error *err)
 {
-    static const char *const names[SE_COUNT] = {"axes", "cluster directory", "block directory",
-                                                "metadata"};
+    static const char *const names[SE_SLOTS] = {
+        "axes", "cluster directory", "block directory", "metadata",
+        "first optional section", "second optional section", "third optional section",
+        "fourth optional section"};
     uint64_t at = HD_SIZE;
-    for (int s = 0; s < SE_COUNT; s++) {
+    for (int s = 0; s < SE_SLOTS && (s < SE_COUNT || r->sections[s].tag != 0); s++) {
         const struct spc_section *se = &r->sections[s];
         if (XXH64(r->bytes + se->off, se->bytes, 0) != se->hash)
             return spc_fail(err, SPC_CHECKSUM, se->off, "checksum of the %s does not match",
@@ -158,5 +160,18 @@ void spc_reader_cluster(const struct spc_reader *r, uint32_t id, struct spc_clus
 
 void spc_reader_block(const struct spc_reader *r, uint32_t index, struct spc_block *out)
 {
+    struct spc_block_layout layout;
     spc_block_record_decode(r->bytes + r->sections[SE_BLKS].off + (uint64_t)index * BL_SIZE, out);
+    spc_block_layout(out, r->header.flags, r->header.normal_clusters, &layout);
+    out->raw_bytes = layout.bytes;
+}
+
+struct spc_frame spc_reader_frame(const struct spc_reader *r, uint32_t cluster)
+{
+    const uint8_t *p = r->bytes + r->sections[SE_CLUS].off + (uint64_t)cluster * CL_SIZE + CL_ORIGIN;
+    return (struct spc_frame){
+        .flags = r->header.flags, .normal_clusters = r->header.normal_clusters,
+        .unit_exp = r->header.unit_exp, .vertex_exp = r->header.vertex_exp,
+        .origin = {load_f64(p), load_f64(p + 8), load_f64(p + 16)},
+    };
 }

@@ -1,23 +1,23 @@
 /*
  * relation.c - a cluster's nodes with their parents, from child counts alone (spec section 7).
  *
- * The canonical order: the tops first; then, again and again, the children of the emitted inner
- * node with the largest e_self, ties to the earliest emitted: its inner children, then its
- * leaves. e_self never grows downwards, so this is the e_parent order of the blocks. Inside a
- * block a family is stored in the normal cluster of its parent's normal, families in canonical
- * order; so each family's place is known from the counts, and nothing else is stored.
+ * Canonical order is depth first: the children of a node, its inner ones, then its leaves; then
+ * the same for each of the inner ones. A family lies in the block of its kind whose e_parent range
+ * it belongs to, in the normal cluster of its parent's normal, behind those that came before it in
+ * canonical order; so its place is known from the counts, and nothing else is stored.
  */
 #include "format_int.h"
 
 #include "bytes.h"
-#include "heap.h"
 
 #include <stdlib.h>
 
-/* Where the next family of each normal cluster of each block goes. */
-struct cursor {
-    uint32_t block, used;           /* block being filled, nodes placed in it */
-    uint32_t *next;                 /* [block_count][normal_clusters] index in block */
+struct kind {                       /* the inner or the leaf blocks of the cluster */
+    uint32_t *blocks;               /* [count] numbers in the cluster, prefix order */
+    uint32_t count;
+    uint16_t *e_min;                /* [count] smallest e_parent */
+    uint32_t *left;                 /* [count] places for families of that e_parent */
+    uint32_t *from;                 /* [count] where the search for such a place goes on */
 };
 
 struct replay {
@@ -26,60 +26,79 @@ struct replay {
     struct spc_block *blocks;       /* [block_count] */
     uint32_t *first_node;           /* [block_count] node number of its node 0 */
     uint8_t *child_codes;           /* [inner_count] */
-    struct cursor cursor[2];        /* inner, leaf */
-    uint32_t *next;
-    struct heap heap;
-    uint32_t emitted, owners;
+    struct kind kinds[2];           /* inner, leaf */
+    uint32_t *next;                 /* [2][block_count][normal_clusters]: next place; group start */
+    uint32_t *stack;                /* [inner_count] nodes whose children come next */
+    uint32_t depth, emitted, owners;
     int16_t axes[SPC_NORMAL_CLUSTERS_MAX][3];
     struct spc_tree *tree;
 };
-
-static uint32_t next_block_of(const struct replay *p, enum spc_block_kind kind, uint32_t from)
-{
-    while (from < p->c.block_count && p->blocks[from].kind != kind)
-        from++;
-    return from;
-}
 
 static enum spc_status broken(const struct replay *p, const char *what, struct spc_error *err)
 {
     return spc_fail(err, SPC_CORRUPT, p->c.data_off, "parent relation: %s", what);
 }
 
+/*
+ * The first block whose smallest e_parent is at most e and that has room: always when its smallest
+ * is less than e, else as long as places for e are left. UINT32_MAX: there is none.
+ */
+static uint32_t find_block(struct kind *k, uint16_t e, uint32_t size)
+{
+    uint32_t low = 0, high = k->count;
+    while (low < high) {
+        const uint32_t mid = (low + high) / 2;
+        if (k->e_min[mid] <= e)
+            high = mid;
+        else
+            low = mid + 1;
+    }
+    if (low == k->count)
+        return UINT32_MAX;
+    if (k->e_min[low] < e)
+        return k->blocks[low];
+    uint32_t at = k->from[low];
+    while (at < k->count && k->e_min[at] == e && k->left[at] < size)
+        at++;
+    k->from[low] = at;
+    if (at == k->count)
+        return UINT32_MAX;
+    if (k->e_min[at] == e)
+        k->left[at] -= size;
+    return k->blocks[at];
+}
+
 /* Places a family of n nodes of one kind under parent, in normal cluster group. */
 static enum spc_status place_family(struct replay *p, enum spc_block_kind kind, uint32_t n,
-                                    uint32_t parent, uint32_t group, struct spc_error *err)
+                                    uint32_t parent, uint16_t e, uint32_t group,
+                                    struct spc_error *err)
 {
-    struct cursor *cur = &p->cursor[kind];
     const uint32_t groups = p->r->header.normal_clusters;
     if (n == 0)
         return SPC_OK;
-    if (cur->block < p->c.block_count && cur->used == p->blocks[cur->block].node_count) {
-        cur->block = next_block_of(p, kind, cur->block + 1);
-        cur->used = 0;
-    }
-    if (cur->block >= p->c.block_count || cur->used + n > p->blocks[cur->block].node_count)
-        return broken(p, "a family does not fit its block", err);
-    uint32_t *next = &p->next[(size_t)cur->block * groups + group];
+    const uint32_t block = find_block(&p->kinds[kind], e, n);
+    if (block == UINT32_MAX)
+        return broken(p, "a family fits no block", err);
+    uint32_t *next = &p->next[(size_t)block * groups + group];
     const uint32_t limit = group + 1 < groups
-        ? p->next[(size_t)(p->c.block_count + cur->block) * groups + group + 1]
-        : p->blocks[cur->block].node_count;
+        ? p->next[(size_t)(p->c.block_count + block) * groups + group + 1]
+        : p->blocks[block].node_count;
     if (*next + n > limit)
         return broken(p, "a family does not fit its normal cluster", err);
     for (uint32_t k = 0; k < n; k++) {
-        const uint32_t node = p->first_node[cur->block] + *next + k;
+        const uint32_t node = p->first_node[block] + *next + k;
         p->tree->parent[node] = parent;
-        p->tree->order[p->emitted] = node;
-        if (kind == SPC_BLOCK_INNER) {
-            if (p->child_codes[node] != 0)
-                heap_push(&p->heap, heap_key(p->tree->nodes[node].e_self, p->emitted));
-            else
-                p->owners++;
-        }
-        p->emitted++;
+        p->tree->order[p->emitted++] = node;
+        if (kind == SPC_BLOCK_INNER)
+            p->owners += p->child_codes[node] == 0;
     }
+    if (kind == SPC_BLOCK_INNER)
+        for (uint32_t k = n; k-- > 0;) {
+            const uint32_t node = p->first_node[block] + *next + k;
+            if (p->child_codes[node] != 0)
+                p->stack[p->depth++] = node;
+        }
     *next += n;
-    cur->used += n;
     return SPC_OK;
 }
 
@@ -95,20 +114,23 @@ static enum spc_status run(struct replay *p, struct spc_error *err)
     for (uint32_t k = 0; k < p->c.top_count; k++)
         top_inner += !p->c.tops_are_leaf[k];
     uint32_t group = group_of(p, load_u16(p->c.tops[0].record + ND_NORMAL));
+    const uint16_t e = load_u16(p->c.tops[0].record + ND_E_PARENT);
     enum spc_status status =
-        place_family(p, SPC_BLOCK_INNER, top_inner, SPC_PARENT_OWNER, group, err);
+        place_family(p, SPC_BLOCK_INNER, top_inner, SPC_PARENT_OWNER, e, group, err);
     if (status == SPC_OK)
-        status = place_family(p, SPC_BLOCK_LEAF, p->c.top_count - top_inner, SPC_PARENT_OWNER,
+        status = place_family(p, SPC_BLOCK_LEAF, p->c.top_count - top_inner, SPC_PARENT_OWNER, e,
                               group, err);
-    while (status == SPC_OK && p->heap.count > 0) {
-        const uint32_t parent = t->order[heap_key_emitted(heap_pop(&p->heap))];
+    while (status == SPC_OK && p->depth > 0) {
+        const uint32_t parent = p->stack[--p->depth];
+        const struct spc_node *node = &t->nodes[parent];
         const uint32_t code = p->child_codes[parent];
         const uint32_t total = code < 4 ? 2 : code < 8 ? 3 : 4;
         const uint32_t inner = code - (total == 2 ? 1 : total == 3 ? 4 : 8);
-        group = group_of(p, t->nodes[parent].normal_code);
-        status = place_family(p, SPC_BLOCK_INNER, inner, parent, group, err);
+        group = group_of(p, node->normal_code);
+        status = place_family(p, SPC_BLOCK_INNER, inner, parent, node->e_self, group, err);
         if (status == SPC_OK)
-            status = place_family(p, SPC_BLOCK_LEAF, total - inner, parent, group, err);
+            status = place_family(p, SPC_BLOCK_LEAF, total - inner, parent, node->e_self, group,
+                                  err);
     }
     if (status == SPC_OK && p->emitted != t->node_count)
         status = broken(p, "nodes are left without a parent", err);
@@ -134,6 +156,9 @@ static void load_block(struct replay *p, uint32_t k, const struct spc_block_layo
 {
     const struct spc_block *b = &p->blocks[k];
     const uint32_t groups = p->r->header.normal_clusters;
+    struct kind *kind = &p->kinds[b->kind];
+    uint16_t e_min = UINT16_MAX;
+    uint32_t left = 0;
     for (uint32_t i = 0; i < b->node_count; i++) {
         const uint32_t node = p->first_node[k] + i;
         spc_node_decode(p->r, b, layout, payload, i, &p->tree->nodes[node]);
@@ -141,8 +166,16 @@ static void load_block(struct replay *p, uint32_t k, const struct spc_block_layo
         p->tree->index_in_block[node] = i;
         if (b->kind == SPC_BLOCK_INNER)
             p->child_codes[node] = payload[layout->children + i / 2] >> 4 * (i & 1) & 15;
+        const uint16_t e = p->tree->nodes[node].e_parent;
+        left = e < e_min ? 1 : left + (e == e_min);
+        e_min = e < e_min ? e : e_min;
     }
-    uint32_t start = 0;             /* the cursors, and a second copy that keeps the starts */
+    kind->blocks[kind->count] = k;
+    kind->e_min[kind->count] = e_min;
+    kind->left[kind->count] = left;
+    kind->from[kind->count] = kind->count;
+    kind->count++;
+    uint32_t start = 0;             /* the places, and a second copy that keeps the starts */
     for (uint32_t g = 0; g < groups; g++) {
         p->next[(size_t)k * groups + g] = start;
         p->next[(size_t)(p->c.block_count + k) * groups + g] = start;
@@ -205,6 +238,31 @@ void spc_tree_free(struct spc_tree *t)
     free(t);
 }
 
+static bool kind_create(struct kind *k, uint32_t blocks)
+{
+    k->blocks = calloc(blocks, sizeof *k->blocks);
+    k->e_min = calloc(blocks, sizeof *k->e_min);
+    k->left = calloc(blocks, sizeof *k->left);
+    k->from = calloc(blocks, sizeof *k->from);
+    return k->blocks && k->e_min && k->left && k->from;
+}
+
+static void replay_release(struct replay *p)
+{
+    for (int k = 0; k < 2; k++) {
+        free(p->kinds[k].blocks);
+        free(p->kinds[k].e_min);
+        free(p->kinds[k].left);
+        free(p->kinds[k].from);
+    }
+    spc_tree_free(p->tree);
+    free(p->stack);
+    free(p->next);
+    free(p->child_codes);
+    free(p->first_node);
+    free(p->blocks);
+}
+
 enum spc_status spc_tree_load(const struct spc_reader *reader, uint32_t cluster,
                               struct spc_tree **out, struct spc_error *err)
 {
@@ -221,27 +279,20 @@ enum spc_status spc_tree_load(const struct spc_reader *reader, uint32_t cluster,
     p.first_node = calloc(p.c.block_count, sizeof *p.first_node);
     p.child_codes = calloc((size_t)p.c.inner_count + 1, 1);
     p.next = calloc((size_t)2 * p.c.block_count * groups, sizeof *p.next);
-    p.heap.keys = calloc((size_t)p.c.inner_count + 1, sizeof *p.heap.keys);
+    p.stack = calloc((size_t)p.c.inner_count + 1, sizeof *p.stack);
     p.tree = tree_create(&p.c);
-    if (!p.blocks || !p.first_node || !p.child_codes || !p.next || !p.heap.keys || !p.tree)
+    if (!p.blocks || !p.first_node || !p.child_codes || !p.next || !p.stack || !p.tree ||
+        !kind_create(&p.kinds[0], p.c.block_count) || !kind_create(&p.kinds[1], p.c.block_count))
         status = spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for cluster %u", cluster);
     if (status == SPC_OK)
         status = load_blocks(&p, err);
-    if (status == SPC_OK) {
-        p.cursor[SPC_BLOCK_INNER].block = next_block_of(&p, SPC_BLOCK_INNER, 0);
-        p.cursor[SPC_BLOCK_LEAF].block = next_block_of(&p, SPC_BLOCK_LEAF, 0);
+    if (status == SPC_OK)
         status = run(&p, err);
-    }
     if (status == SPC_OK) {
         assign_children(&p);
         *out = p.tree;
         p.tree = NULL;
     }
-    spc_tree_free(p.tree);
-    free(p.heap.keys);
-    free(p.next);
-    free(p.child_codes);
-    free(p.first_node);
-    free(p.blocks);
+    replay_release(&p);
     return status;
 }

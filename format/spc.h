@@ -193,7 +193,6 @@ enum spc_codec { SPC_CODEC_RAW = 0, SPC_CODEC_ZSTD = 1 };
 struct spc_block {
     uint64_t off;                   /* of its chunk */
     uint32_t stored_bytes;          /* payload as stored, behind the chunk header */
-    uint32_t raw_bytes;             /* payload decoded: spc_block_layout(...).bytes */
     uint32_t node_count, vertex_count;
     uint32_t cluster;
     enum spc_block_kind kind;
@@ -203,9 +202,25 @@ struct spc_block {
     float e_self_min;               /* leaves: smallest t */
     float link_max;                 /* of this and all later blocks of the cluster */
     float radius_max;
+    float diagonal;                 /* of the cluster's box: part of the links, see section 8 */
     int32_t step_exp;               /* positions: origin + q 2^step_exp, file units */
     int32_t link_base;
     uint64_t hash;                  /* XXH64 of the whole chunk, padding included */
+    uint32_t raw_bytes;             /* payload decoded: spc_block_layout(...).bytes; not stored */
+};
+
+/* What the numbers of a cluster's blocks count from. */
+struct spc_frame {
+    uint32_t flags, normal_clusters;            /* of the archive */
+    int32_t unit_exp, vertex_exp;
+    double origin[3];               /* of the cluster, file units */
+};
+
+/* The inner or the leaf children of one node: they lie side by side in one block. */
+struct spc_family {
+    uint16_t parent;                /* in the same block, by canonical order; 0xFFFF: elsewhere */
+    uint8_t size;                   /* 1..4 */
+    uint8_t group;                  /* normal cluster */
 };
 
 /*
@@ -267,6 +282,33 @@ uint64_t spc_block_chunk_bytes(const struct spc_block *block);
  */
 enum spc_status spc_block_decode(const struct spc_reader *reader, uint32_t index, bool check,
                                  void *out, struct spc_error *err);
+
+/* What the bytes of an archive's blocks are spent on. */
+#define SPC_STREAM_LIST(X)                                                  \
+    X(POSITION, "positions of nodes")                                       \
+    X(NORMAL, "normals")                                                    \
+    X(RADIUS, "radii")                                                      \
+    X(HEIGHT, "heights")                                                    \
+    X(ERROR, "errors")                                                      \
+    X(LINK, "links")                                                        \
+    X(RELATION, "parent relation")                                          \
+    X(GROUP, "normal clusters")                                             \
+    X(TRIANGLE, "triangles")                                                \
+    X(VERTEX, "vertices")                                                   \
+    X(COLOR, "colours of nodes")                                            \
+    X(VERTEX_COLOR, "colours of vertices")                                  \
+    X(FRAME, "headers, tables, padding")
+enum spc_stream {
+#define X(name, text) SPC_STREAM_##name,
+    SPC_STREAM_LIST(X)
+#undef X
+    SPC_STREAM_COUNT
+};
+const char *spc_stream_text(enum spc_stream stream);
+
+/* Adds a block's bytes in the file to bytes[SPC_STREAM_COUNT]; nothing is decoded. */
+enum spc_status spc_block_streams(const struct spc_reader *reader, uint32_t index,
+                                  uint64_t bytes[SPC_STREAM_COUNT], struct spc_error *err);
 
 /* Node i of a decoded payload. */
 void spc_node_decode(const struct spc_reader *reader, const struct spc_block *block,
@@ -368,14 +410,31 @@ void spc_writer_close(struct spc_writer *writer);
 /*
  * Encodes a payload (struct spc_block_layout) with block->codec.
  *
- * in     payload[block->raw_bytes]; level: zstd level
- * out    stored[spc_block_stored_bound(raw_bytes)]; block->stored_bytes
+ * in     families[family_count] in canonical order: together all nodes of the block. With
+ *        triangles, leaf records are those of spc_leaf_record, vertices are numbered by first use
+ *        in canonical order, and leaves of a family share e_parent and link. In inner blocks links
+ *        of nodes whose parent lies in the block are those of spc_link_record.
+ *        payload[layout->bytes]; level: zstd level
+ * out    stored[spc_block_stored_bound(layout->bytes)]; block->stored_bytes
  * fails  SPC_NO_MEMORY, SPC_INTERNAL
  */
 size_t spc_block_stored_bound(uint32_t raw_bytes);
 enum spc_status spc_block_encode(struct spc_block *block, const struct spc_block_layout *layout,
-                                 uint32_t normal_clusters, const uint8_t *payload, int level,
+                                 const struct spc_frame *frame, const struct spc_family *families,
+                                 uint32_t family_count, const uint8_t *payload, int level,
                                  uint8_t *stored, struct spc_error *err);
+
+/*
+ * A leaf's disk from its triangle (section 6.5): fills x, y, z, normal, e_self, radius and height
+ * of record[16]; e_parent and link are the caller's. corner: lattice numbers. False when the disk
+ * does not fit the block's positions.
+ */
+bool spc_leaf_record(const struct spc_frame *frame, int step_exp, const int64_t corner[3][3],
+                     uint8_t *record);
+
+/* Link code of a node whose parent lies in the same block (section 6.4.2), from both records. */
+uint8_t spc_link_record(const struct spc_block *block, const struct spc_frame *frame,
+                        const uint8_t *record, const uint8_t *parent);
 
 /* Axis table of the format for a count of normal clusters: Q15 integers, see spec section 6.3. */
 void spc_axes_standard(uint32_t count, int16_t axes[][3]);

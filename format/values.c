@@ -4,7 +4,7 @@
  * All of it is integer arithmetic, correctly rounded float arithmetic and sqrt: the same bits on
  * every machine.
  */
-#include "spc.h"
+#include "format_int.h"
 
 #include <assert.h>
 #include <math.h>
@@ -158,16 +158,22 @@ int spc_link_base(double link_max)
     return base > LINK_BASE_MAX ? LINK_BASE_MAX : base;
 }
 
+uint8_t spc_link_bound(double v, int base)
+{
+    if (v <= (double)spc_link_decode(0, base))
+        return 0;
+    if (v > (double)spc_link_decode(255, base))
+        return 255;
+    const uint32_t first = (uint32_t)(base + 127) << 3;
+    uint32_t code = (float_bits((float)v) >> 20) - first;       /* may lie a step below v */
+    while ((double)spc_link_decode((uint8_t)code, base) < v)
+        code++;
+    return (uint8_t)code;
+}
+
 uint8_t spc_link_encode_up(double v, int base)
 {
-    uint32_t lo = 0, hi = 255;      /* smallest code whose value is >= v; monotone in the code */
-    while (lo < hi) {
-        const uint32_t mid = (lo + hi) / 2;
-        if ((double)spc_link_decode((uint8_t)mid, base) >= v)
-            hi = mid;
-        else
-            lo = mid + 1;
-    }
-    assert((double)spc_link_decode((uint8_t)lo, base) >= v);
-    return (uint8_t)lo;
+    const uint8_t code = spc_link_bound(v, base);
+    assert((double)spc_link_decode(code, base) >= v);
+    return code;
 }

@@ -75,6 +75,19 @@ static bool inside_sphere(const float s[4], const double rel[3], double radius)
     return dist + radius <= (double)s[3];
 }
 
+/* Diagonal of a box, rounded up: as blocks carry it for their links. */
+static float box_diagonal(const float box[6])
+{
+    double square = 0;
+    for (int a = 0; a < 3; a++) {
+        const double side = (double)box[a + 3] - (double)box[a];
+        square += side * side;
+    }
+    const double diagonal = sqrt(square);
+    const float f = (float)diagonal;
+    return (double)f < diagonal ? nextafterf(f, HUGE_VALF) : f;
+}
+
 /* Scans one decoded block. Returns its link_max; the other ranges go into r. */
 static float scan_block(const struct spc_reader *reader, const struct spc_cluster *c,
                         const struct spc_block *b, const struct spc_block_layout *l,
@@ -101,7 +114,8 @@ static float scan_block(const struct spc_reader *reader, const struct spc_cluste
         boxes_ok &= inside_box(c->box, rel, n.radius) && inside_sphere(c->sphere, rel, n.radius);
     }
     if (e_parent_min != b->e_parent_min || e_parent_max != b->e_parent_max ||
-        e_self_min != b->e_self_min || radius_max != b->radius_max)
+        e_self_min != b->e_self_min || radius_max != b->radius_max ||
+        box_diagonal(c->box) != b->diagonal)
         spc_check_fault(&checks[L2_RANGES], SPC_CORRUPT, b->off,
                         "a block's ranges are not those of its nodes");
     if (!boxes_ok)

@@ -13,7 +13,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { L3_RELATION, L3_TOPS, L3_ERRORS, L3_LINKS, L3_PILLS, L3_CONES, L3_TRIANGLES, L3_LAW,
+enum { L3_RELATION, L3_TOPS, L3_ERRORS, L3_LINKS, L3_PILLS, L3_CONES, L3_TRIANGLES, L3_LEAVES,
+       L3_LAW,
        L3_COUNT };
 static const char *const L3_NAMES[L3_COUNT] = {
     "parent relation: every node has its parent, every cluster its owner",
@@ -23,6 +24,7 @@ static const char *const L3_NAMES[L3_COUNT] = {
     "pills hold every triangle below",
     "cones hold the winding normal of every triangle below",
     "triangles: t is at least the longest edge",
+    "leaves are the disks of their triangles",
     "law: every path is cut exactly once at any common q",
 };
 
@@ -128,6 +130,7 @@ static bool in_pill(const struct spc_node *n, const double corner[3], double uni
 }
 
 struct triangle {
+    int64_t lattice[3][3];          /* corners as lattice numbers */
     double corner[3][3];
     double normal[3];               /* unit winding normal; zero area: area is false */
     bool area;
@@ -165,9 +168,12 @@ static void load_triangle(const struct verify *v, const struct spc_block *b,
                           const struct spc_block_layout *l, const uint8_t *payload, uint32_t i,
                           struct triangle *t)
 {
-    for (uint32_t k = 0; k < 3; k++)
+    for (uint32_t k = 0; k < 3; k++) {
         spc_vertex_decode(v->r, b, l, payload, load_u16(payload + l->indices + 6 * i + 2 * k),
                           t->corner[k], NULL);
+        for (int a = 0; a < 3; a++)
+            t->lattice[k][a] = (int64_t)ldexp(t->corner[k][a], -v->r->header.vertex_exp);
+    }
     double e[2][3];
     const double unit = ldexp(1, -v->r->header.unit_exp);
     for (int a = 0; a < 3; a++) {
@@ -180,6 +186,17 @@ static void load_triangle(const struct verify *v, const struct spc_block *b,
     t->area = length > 0;
     for (int a = 0; a < 3 && t->area; a++)
         t->normal[a] /= length;
+}
+
+/* All of a leaf's record but e_parent and link follows from the triangle (spec section 6.5). */
+static bool is_disk_of(const struct verify *v, const struct spc_block *b, const uint8_t *record,
+                       const struct triangle *t)
+{
+    uint8_t want[ND_SIZE];
+    const struct spc_frame frame = spc_reader_frame(v->r, b->cluster);
+    memcpy(want, record, ND_SIZE);
+    return spc_leaf_record(&frame, b->step_exp, (const int64_t(*)[3])t->lattice, want) &&
+           memcmp(want, record, ND_SIZE) == 0;
 }
 
 static double longest_edge(const struct triangle *t)
@@ -210,6 +227,8 @@ static enum spc_status check_triangles(struct verify *v, struct spc_error *err)
             load_triangle(v, &b, &l, payload, i, &t);
             if (f->tree->nodes[node].e_self < spc_len_encode_up(longest_edge(&t) * unit))
                 fault(v, L3_TRIANGLES, f, node, "t is below the longest edge");
+            if (!is_disk_of(v, &b, payload + l.nodes + (size_t)ND_SIZE * i, &t))
+                fault(v, L3_LEAVES, f, node, "a leaf is not the disk of its triangle");
             check_above(v, &t, node);
         }
         free(payload);

@@ -1,6 +1,7 @@
 #include "build.h"
 
 #include "faces.h"
+#include "layout.h"
 #include "pool.h"
 #include "top.h"
 
@@ -15,9 +16,8 @@ void spb_build_defaults(struct spb_build_options *options)
         .triangles = true,
         .codec = SPC_CODEC_ZSTD,
         .level = 1,
-        .cluster_nodes = 32768,
-        .block_nodes = 8192,
-        .normal_clusters = 128,
+        .cluster_nodes = 28672,     /* at most 21 845 leaves with their vertices: one block */
+        .block_nodes = 32768,
         .memory = (uint64_t)1 << 30,
     };
 }
@@ -154,9 +154,8 @@ static enum spc_status read_faces(struct build *b, const char *temp, struct spc_
 
 /* ---- building ---------------------------------------------------------------------------------- */
 
-static uint32_t archive_flags(struct build *b, bool colors)
+static uint32_t archive_flags(const struct build *b, bool colors)
 {
-    b->report->closed = b->stats.edge_sum == 0 && b->stats.volume > 0;
     uint32_t flags = 0;
     if (b->options->triangles)
         flags |= SPC_FLAG_TRIANGLES;
@@ -182,14 +181,24 @@ static int part_done(void *ctx, size_t done)
     return spb_progress_tell(&b->progress, "build parts", done, b->plan.part_count);
 }
 
+/* Groups by normal serve back-face culling alone; elsewhere they would only cost bytes. */
+static uint32_t normal_clusters(const struct build *b, uint32_t flags)
+{
+    if (b->options->normal_clusters > 0)
+        return b->options->normal_clusters;
+    return flags & SPC_FLAG_CULL_BACK ? SPC_NORMAL_CLUSTERS_MAX : 1;
+}
+
 static enum spc_status build_tree(struct build *b, const char *temp, struct spc_error *err)
 {
     const struct spb_record_format format = b->distributor.format;
     const struct spb_build_options *o = b->options;
+    b->report->closed = b->stats.edge_sum == 0 && b->stats.volume > 0;
+    const uint32_t flags = archive_flags(b, format.colors);
     const struct spb_pack_options pack = {
         .cluster_nodes = o->cluster_nodes, .block_nodes = o->block_nodes,
-        .normal_clusters = o->normal_clusters, .flags = archive_flags(b, format.colors),
-        .codec = o->codec, .level = o->level,
+        .normal_clusters = normal_clusters(b, flags), .flags = flags, .codec = o->codec,
+        .level = o->level,
     };
     b->report->header.flags = pack.flags;
     enum spc_status status =
@@ -235,7 +244,7 @@ static void fill_header(struct build *b, struct spc_header *h)
     h->triangle_count = h->flags & SPC_FLAG_TRIANGLES ? h->leaf_count : 0;
     h->cluster_nodes = b->options->cluster_nodes;
     h->block_nodes = b->options->block_nodes;
-    h->normal_clusters = b->options->normal_clusters;
+    h->normal_clusters = b->shared.options.normal_clusters;
     h->height = b->height;
     h->unit_exp = b->space.unit_exp;
     h->vertex_exp = b->space.vertex_exp;

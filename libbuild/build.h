@@ -24,7 +24,8 @@ struct spb_build_options {          /* spb_build_defaults, then change */
     enum spb_cull cull;
     enum spc_codec codec;
     int level;
-    uint32_t cluster_nodes, block_nodes, normal_clusters;
+    uint32_t cluster_nodes, block_nodes;
+    uint32_t normal_clusters;       /* 0: 128 where back faces are culled, else 1 */
     uint64_t memory;                /* bytes; bounds the parts that are built at once */
     uint64_t part_faces;            /* 0: from memory; tests force many small parts */
     unsigned threads;               /* 0: all cores */

@@ -91,7 +91,37 @@ static float join_cones(const struct spb_node *children, uint32_t count, const d
     return cone < -1 ? -1 : cone;
 }
 
-void spb_node_combine(const struct spb_node *children, uint32_t count, bool paper,
+uint16_t spb_length_code(double v)
+{
+    const uint32_t unused = (1u << (8 - SPB_LENGTH_BITS)) - 1;
+    return (uint16_t)((spc_len_encode_up(v) + unused) & ~unused);
+}
+
+int spb_center_step(double radius)
+{
+    return (spb_length_code(radius) >> 8) - 127 - SPB_STEP_BITS;
+}
+
+/*
+ * The lattice depends on the radius, and the radius on where the centre goes: once more when it
+ * has grown into the next octave. A lattice may be coarser than its radius asks for, never finer.
+ */
+static void move_to_lattice(const struct spb_node *children, uint32_t count, int finest,
+                            struct spb_node *out)
+{
+    double center[3];
+    memcpy(center, out->center, sizeof center);
+    int step = spb_center_step(out->radius), next = step;
+    do {
+        step = next < finest ? finest : next;
+        for (int a = 0; a < 3; a++)
+            out->center[a] = ldexp(floor(ldexp(center[a], -step) + 0.5), step);
+        bound_pill(children, count, out);
+        next = spb_center_step(out->radius);
+    } while (next > step);
+}
+
+void spb_node_combine(const struct spb_node *children, uint32_t count, bool paper, int finest,
                       struct spb_node *out)
 {
     double n[3];
@@ -100,6 +130,7 @@ void spb_node_combine(const struct spb_node *children, uint32_t count, bool pape
     spc_normal_decode(out->normal, n);
     join_boxes(children, count, out->box);
     bound_pill(children, count, out);
+    move_to_lattice(children, count, finest, out);
     out->cone = join_cones(children, count, n);
     out->reach = paper ? spb_paper_error(out, children, count)
                        : spb_reach_bound(out, children, count) * OUTWARD;

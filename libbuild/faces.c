@@ -137,7 +137,7 @@ double spb_face_short_edge(const struct spb_face_stats *stats)
         total += stats->edge_bins[i];
     for (int i = 0; i < SPB_EDGE_BINS && total > 0; i++) {
         below += stats->edge_bins[i];
-        if (below > total / 100) {
+        if (below > total / 10) {
             const int square = i - (SPB_EDGE_BINS - 64) - 1;    /* squares of the bin are >= 2^square */
             return ldexp(1, (square - (square & 1)) / 2);
         }

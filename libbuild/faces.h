@@ -29,7 +29,7 @@ enum spc_status spb_faces_read(struct spb_source *source, const struct spb_verti
                                struct spb_face_stats *stats, struct spb_progress *progress,
                                struct spc_error *err);
 
-/* A short edge of the scan: the first percentile of the shortest edges, rounded down to a power
+/* A short edge of the scan: the tenth percentile of the shortest edges, rounded down to a power
  * of two of its square; 0 when every edge is 0. Units. */
 double spb_face_short_edge(const struct spb_face_stats *stats);
 

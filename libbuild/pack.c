@@ -41,9 +41,51 @@ void spb_pack_shared_release(struct spb_pack_shared *shared)
 static void add_node(struct pack *p, uint32_t node, uint32_t parent)
 {
     const struct spb_node *n = &p->tree->nodes[node];
-    p->nodes[p->node_count++] =
+    p->nodes[p->node_count] =
         (struct pack_node){.node = node, .parent = parent, .leaf = n->child_count == 0};
-    p->inner_count += n->child_count != 0;
+    if (n->child_count != 0)
+        p->inner_count++;
+    else
+        p->nodes[p->node_count].leaf_number = p->node_count - p->inner_count;
+    p->node_count++;
+}
+
+/* Triangles of the leaves, on the vertex lattice. */
+static enum spc_status load_leaves(struct pack *p, struct spc_error *err)
+{
+    const struct spb_pack_shared *shared = p->shared;
+    p->leaves = malloc((p->node_count - p->inner_count + 1) * sizeof *p->leaves);
+    if (p->leaves == NULL)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to pack a cluster");
+    for (uint32_t i = 0; i < p->node_count; i++) {
+        const struct spb_node *n = &p->tree->nodes[p->nodes[i].node];
+        struct pack_leaf *leaf = &p->leaves[p->nodes[i].leaf_number];
+        struct spb_face face;
+        if (!p->nodes[i].leaf)
+            continue;
+        spb_record_load(&shared->format, shared->space,
+                        p->tree->records + (size_t)n->link * shared->format.bytes, &face);
+        for (int k = 0; k < 3; k++)
+            for (int a = 0; a < 3; a++)
+                leaf->corner[k][a] = (int64_t)spb_space_snap(shared->space, face.corner[k][a]) +
+                                     spb_space_origin_number(shared->space, a);
+        memset(leaf->rgba, 255, sizeof leaf->rgba);
+        if (shared->options.flags & SPC_FLAG_COLORS)
+            memcpy(leaf->rgba, face.rgba, sizeof leaf->rgba);
+    }
+    return SPC_OK;
+}
+
+struct spc_frame pack_frame(const struct pack *p)
+{
+    const struct spb_space *space = p->shared->space;
+    struct spc_frame frame = {
+        .flags = p->shared->options.flags, .normal_clusters = p->shared->options.normal_clusters,
+        .unit_exp = space->unit_exp, .vertex_exp = space->vertex_exp,
+    };
+    for (int a = 0; a < 3; a++)
+        frame.origin[a] = space->origin[a] + ldexp(p->origin[a], space->unit_exp);
+    return frame;
 }
 
 /* Breadth first from the tops; below an owner everything is in other clusters already. */
@@ -184,22 +226,19 @@ static void fill_tops(const struct pack *p, struct spc_cluster *c)
         }
 }
 
-void pack_copy_tops(struct pack *p, const struct pack_block *pb, const struct spc_block *b,
-                    const uint8_t *nodes)
+void pack_copy_top(struct pack *p, uint32_t node, const struct spc_block *b,
+                   const uint8_t *record)
 {
     struct spc_cluster *c = &p->out->record;
     const uint32_t tops = p->owner ? p->owner->child_count : 1;
-    for (uint32_t i = 0; i < pb->count; i++) {
-        const uint32_t node = p->sequence[pb->kind].nodes[pb->first + i];
-        if (node >= tops)
-            continue;
-        uint32_t t = 0;             /* its place: inner tops first, each kind in child order */
-        for (uint32_t k = 0; k < tops; k++)
-            t += p->nodes[k].leaf == p->nodes[node].leaf ? k < node : !p->nodes[k].leaf;
-        memcpy(c->tops[t].record, nodes + (size_t)ND_SIZE * i, ND_SIZE);
-        c->tops[t].step_exp = (int16_t)b->step_exp;
-        c->tops[t].link_base = (int16_t)b->link_base;
-    }
+    uint32_t t = 0;                 /* its place: inner tops first, each kind in child order */
+    if (node >= tops)
+        return;
+    for (uint32_t k = 0; k < tops; k++)
+        t += p->nodes[k].leaf == p->nodes[node].leaf ? k < node : !p->nodes[k].leaf;
+    memcpy(c->tops[t].record, record, ND_SIZE);
+    c->tops[t].step_exp = (int16_t)b->step_exp;
+    c->tops[t].link_base = (int16_t)b->link_base;
 }
 
 static void fill_record(struct pack *p)
@@ -210,9 +249,8 @@ static void fill_record(struct pack *p)
     c->block_count = p->block_count;
     c->child_count = p->owner_count;
     c->leaves_below = c->leaf_count;
-    for (int a = 0; a < 3; a++)
-        c->origin[a] = p->shared->space->origin[a] +
-                       ldexp(p->origin[a], p->shared->space->unit_exp);
+    const struct spc_frame frame = pack_frame(p);
+    memcpy(c->origin, frame.origin, sizeof c->origin);
     fill_ranges(p, c);
     fill_bounds(p, c);
     fill_cone(p, c);
@@ -240,8 +278,10 @@ static void pack_release(struct pack *p)
     for (int k = 0; k < 2; k++) {
         free(p->sequence[k].nodes);
         free(p->sequence[k].families);
+        free(p->sequence[k].list);
     }
     free(p->nodes);
+    free(p->leaves);
     free(p->blocks);
     if (p->out != NULL && p->out->children != p->children)
         free(p->children);
@@ -285,8 +325,10 @@ static enum spc_status close_cluster(const struct spb_pack_tree *tree, uint32_t 
     if (status == SPC_OK) {
         collect(&p, owner);
         assert(p.node_count == tree->nodes[owner].pending + root);
-        status = pack_all(&p, number, err);
+        status = load_leaves(&p, err);
     }
+    if (status == SPC_OK)
+        status = pack_all(&p, number, err);
     if (status == SPC_OK) {
         *owner_e = p.owner_e;
         *tops_e = 0;

@@ -4,6 +4,7 @@
 #include "pack_int.h"
 
 #include "bytes.h"
+#include "edge_ring.h"
 #include "layout.h"
 #include "vec.h"
 
@@ -13,7 +14,7 @@
 /* ---- vertices: equal corners of a block become one --------------------------------------------- */
 
 struct vertex {
-    int64_t at[3];                  /* lattice, counted from the space's origin */
+    int64_t at[3];                  /* lattice number */
     uint8_t rgba[4];
 };
 
@@ -63,24 +64,62 @@ static bool vertex_set_init(struct vertex_set *set, uint32_t leaves)
     return set->vertices != NULL && set->slots != NULL;
 }
 
-/* Corners of the block's leaves in stored order: indices[count][3] into the set. */
+static uint32_t vertex_known(const struct vertex_set *set, const struct vertex *v)
+{
+    for (uint32_t slot = slot_of(v) & set->mask; set->slots[slot] != 0;
+         slot = (slot + 1) & set->mask)
+        if (same_vertex(&set->vertices[set->slots[slot] - 1], v))
+            return set->slots[slot] - 1;
+    return SPC_NONE;
+}
+
+/*
+ * Which corner comes first: the one that starts the edge seen last, so that the triangle is told
+ * from it. Turning keeps the winding.
+ */
+static int turn_of(const struct vertex_set *set, const struct edge_ring *ring,
+                   const struct vertex v[3], bool *loose)
+{
+    uint32_t number[3], best = EDGE_LOOSE;
+    int turn = 0;
+    for (int k = 0; k < 3; k++)
+        number[k] = vertex_known(set, &v[k]);
+    for (int k = 0; k < 3; k++) {
+        const uint32_t from = number[k], to = number[(k + 1) % 3];
+        const uint32_t code = from == SPC_NONE || to == SPC_NONE ? EDGE_LOOSE
+                                                                 : edge_find(ring, from, to);
+        if (code != EDGE_LOOSE && (best == EDGE_LOOSE || edge_age(code) < edge_age(best))) {
+            best = code;
+            turn = k;
+        }
+    }
+    *loose = best == EDGE_LOOSE;
+    return turn;
+}
+
+/* Corners of the block's leaves, numbered by first use in canonical order: indices[count][3]. */
 static void collect_vertices(const struct pack *p, const struct pack_block *b,
                              struct vertex_set *set, uint16_t *indices)
 {
-    const struct spb_pack_shared *shared = p->shared;
-    const uint32_t *nodes = p->sequence[b->kind].nodes + b->first;
-    for (uint32_t i = 0; i < b->count; i++) {
-        const struct spb_node *n = &p->tree->nodes[p->nodes[nodes[i]].node];
-        struct spb_face face;
-        spb_record_load(&shared->format, shared->space,
-                        p->tree->records + (size_t)n->link * shared->format.bytes, &face);
-        for (uint32_t k = 0; k < 3; k++) {
-            struct vertex v = {.rgba = {255, 255, 255, 255}};
-            for (int a = 0; a < 3; a++)
-                v.at[a] = (int64_t)spb_space_snap(shared->space, face.corner[k][a]);
-            if (shared->options.flags & SPC_FLAG_COLORS)
-                memcpy(v.rgba, face.rgba[k], 4);
-            indices[3 * i + k] = (uint16_t)vertex_number(set, &v);
+    const struct pack_sequence *s = &p->sequence[b->kind];
+    struct edge_ring ring = {.edges = 0};
+    uint32_t i = 0;
+    for (uint32_t f = 0; f < b->family_count; f++) {
+        const struct pack_family *family = pack_family_of(p, b, f);
+        for (uint32_t m = 0; m < family->count; m++, i++) {
+            const struct pack_leaf *leaf =
+                &p->leaves[p->nodes[s->nodes[family->first + m]].leaf_number];
+            struct vertex v[3];
+            for (int k = 0; k < 3; k++) {
+                memcpy(v[k].at, leaf->corner[k], sizeof v[k].at);
+                memcpy(v[k].rgba, leaf->rgba[k], 4);
+            }
+            bool loose;
+            const int turn = turn_of(set, &ring, v, &loose);
+            for (int k = 0; k < 3; k++)
+                indices[3 * i + (uint32_t)k] = (uint16_t)vertex_number(set, &v[(turn + k) % 3]);
+            edge_push_triangle(&ring, indices[3 * i], indices[3 * i + 1], indices[3 * i + 2],
+                               loose);
         }
     }
 }
@@ -100,16 +139,16 @@ static uint32_t vertex_range(const struct vertex_set *set, int64_t base[3])
     return widest <= UINT16_MAX ? 2 : widest <= UINT32_MAX ? 4 : 8;
 }
 
-static void store_triangles(const struct pack *p, const struct vertex_set *set,
-                            const uint16_t *indices, const int64_t base[3], uint32_t leaves,
-                            uint32_t width, const struct spc_block_layout *l, uint8_t *out)
+static void store_triangles(const struct pack_block *b, const uint32_t *place,
+                            const struct vertex_set *set, const uint16_t *indices,
+                            const int64_t base[3], uint32_t width,
+                            const struct spc_block_layout *l, uint8_t *out)
 {
-    for (uint32_t i = 0; i < 3 * leaves; i++)
-        store_u16(out + l->indices + 2 * i, indices[i]);
-    for (int a = 0; a < 3; a++) {
-        const int64_t number = base[a] + spb_space_origin_number(p->shared->space, a);
-        store_u64(out + l->vertex_base + 8 * a, (uint64_t)number);
-    }
+    for (uint32_t i = 0; i < b->count; i++)
+        for (uint32_t k = 0; k < 3; k++)
+            store_u16(out + l->indices + 6 * place[i] + 2 * k, indices[3 * i + k]);
+    for (int a = 0; a < 3; a++)
+        store_u64(out + l->vertex_base + 8 * a, (uint64_t)base[a]);
     for (uint32_t i = 0; i < set->count; i++) {
         uint8_t *at = out + l->vertices + (size_t)3 * width * i;
         for (int a = 0; a < 3; a++, at += width) {
@@ -149,7 +188,7 @@ static void store_node(const struct pack *p, const struct spc_block *b, const st
         assert(at >= 0 && at <= 65535);
         store_u16(out + ND_X + 2 * a, (uint16_t)at);
     }
-    store_u16(out + ND_NORMAL, p->tree->nodes[q->node].normal);
+    store_u16(out + ND_NORMAL, q->normal);
     store_u16(out + ND_E_SELF, q->e_self);
     store_u16(out + ND_E_PARENT, q->e_parent);
     store_u16(out + ND_RADIUS, q->radius_code);
@@ -177,34 +216,53 @@ static void store_groups(const struct pack *p, const struct pack_block *b, uint8
     const uint32_t groups = p->shared->options.normal_clusters;
     for (uint32_t g = 0; g < groups; g++)
         cones[g] = 1;
-    for (uint32_t f = b->family_first; f < b->family_first + b->family_count; f++)
-        counts[s->families[f].group] += s->families[f].count;
-    uint32_t at = b->first;
-    for (uint32_t g = 0; g < groups; g++)
-        for (uint32_t i = 0; i < counts[g]; i++, at++)
-            cones[g] = fmin(cones[g], pack_cone_about(p->shared->axis[g],
-                                          &p->tree->nodes[p->nodes[s->nodes[at]].node]));
+    for (uint32_t f = 0; f < b->family_count; f++) {
+        const struct pack_family *family = pack_family_of(p, b, f);
+        const uint32_t g = family->group;
+        counts[g] += family->count;
+        for (uint32_t k = 0; k < family->count; k++)
+            cones[g] = fmin(cones[g],
+                            pack_cone_about(p->shared->axis[g],
+                                &p->tree->nodes[p->nodes[s->nodes[family->first + k]].node]));
+    }
     for (uint32_t g = 0; g < groups; g++) {
         store_u16(out + 4 * g, (uint16_t)counts[g]);
         store_u16(out + 4 * g + 2, (uint16_t)(int16_t)floor(cones[g] * 32767));
     }
 }
 
+/* Leaves of a family share the longest of their links: they are stored as one. */
+static void share_links(struct pack *p, const struct pack_block *pb)
+{
+    const uint32_t *nodes = p->sequence[pb->kind].nodes;
+    for (uint32_t f = 0; f < pb->family_count && pb->kind == SPC_BLOCK_LEAF; f++) {
+        const struct pack_family *family = pack_family_of(p, pb, f);
+        double link = 0;
+        for (uint32_t k = 0; k < family->count; k++)
+            link = fmax(link, p->nodes[nodes[family->first + k]].link);
+        for (uint32_t k = 0; k < family->count; k++)
+            p->nodes[nodes[family->first + k]].link = link;
+    }
+}
+
 /* Ranges of the block's record; link_max is of this block alone until pack.c widens it. */
 static void measure_block(const struct pack *p, const struct pack_block *pb, struct spc_block *b)
 {
-    const uint32_t *nodes = p->sequence[pb->kind].nodes + pb->first;
+    const uint32_t *nodes = p->sequence[pb->kind].nodes;
     double link = 0;
     int step = INT32_MAX;
     uint16_t parent_min = UINT16_MAX, parent_max = 0, self_min = UINT16_MAX, radius_max = 0;
-    for (uint32_t i = 0; i < pb->count; i++) {
-        const struct pack_node *q = &p->nodes[nodes[i]];
-        link = fmax(link, q->link);
-        step = q->step_exp < step ? q->step_exp : step;
-        parent_min = q->e_parent < parent_min ? q->e_parent : parent_min;
-        parent_max = q->e_parent > parent_max ? q->e_parent : parent_max;
-        self_min = q->e_self < self_min ? q->e_self : self_min;
-        radius_max = q->radius_code > radius_max ? q->radius_code : radius_max;
+    for (uint32_t f = 0; f < pb->family_count; f++) {
+        const struct pack_family *family = pack_family_of(p, pb, f);
+        parent_min = family->e_parent < parent_min ? family->e_parent : parent_min;
+        parent_max = family->e_parent > parent_max ? family->e_parent : parent_max;
+        for (uint32_t k = 0; k < family->count; k++) {
+            const struct pack_node *q = &p->nodes[nodes[family->first + k]];
+            link = fmax(link, q->link);
+            step = q->step_exp < step ? q->step_exp : step;
+            self_min = q->e_self < self_min ? q->e_self : self_min;
+            radius_max = q->radius_code > radius_max ? q->radius_code : radius_max;
+        }
     }
     b->kind = pb->kind;
     b->node_count = pb->count;
@@ -213,72 +271,126 @@ static void measure_block(const struct pack *p, const struct pack_block *pb, str
     b->e_parent_min = spc_len_decode(parent_min);
     b->e_self_min = spc_len_decode(self_min);
     b->radius_max = spc_len_decode(radius_max);
+    b->diagonal = (float)p->diagonal;
     b->step_exp = step + p->shared->space->unit_exp;
     b->link_base = spc_link_base(link);
     b->link_max = spc_link_decode(spc_link_encode_up(link, b->link_base), b->link_base);
 }
 
-static void store_nodes(const struct pack *p, const struct pack_block *pb,
+/* Where each node of the block goes, by canonical number: families of a group in their order. */
+static void place_nodes(const struct pack *p, const struct pack_block *pb, uint32_t *place)
+{
+    uint32_t next[129] = {0}, i = 0;
+    for (uint32_t f = 0; f < pb->family_count; f++)
+        next[pack_family_of(p, pb, f)->group + 1] += pack_family_of(p, pb, f)->count;
+    for (uint32_t g = 0; g < 128; g++)
+        next[g + 1] += next[g];
+    for (uint32_t f = 0; f < pb->family_count; f++) {
+        const struct pack_family *family = pack_family_of(p, pb, f);
+        for (uint32_t k = 0; k < family->count; k++)
+            place[i++] = next[family->group]++;
+    }
+}
+
+static void fill_families(const struct pack *p, const struct pack_block *pb, uint32_t block,
+                          struct spc_family *out)
+{
+    for (uint32_t f = 0; f < pb->family_count; f++) {
+        const struct pack_family *family = pack_family_of(p, pb, f);
+        const bool here = family->parent != PACK_OWNER && pb->kind == SPC_BLOCK_INNER &&
+                          p->nodes[family->parent].block == block;
+        out[f] = (struct spc_family){
+            .parent = here ? p->nodes[family->parent].number : UINT16_MAX,
+            .size = (uint8_t)family->count, .group = (uint8_t)family->group};
+    }
+}
+
+static void store_nodes(struct pack *p, const struct pack_block *pb, const uint32_t *place,
                         const struct spc_block *b, const struct spc_block_layout *l, uint8_t *out)
 {
-    const uint32_t *nodes = p->sequence[pb->kind].nodes + pb->first;
-    for (uint32_t i = 0; i < pb->count; i++) {
-        const struct pack_node *q = &p->nodes[nodes[i]];
-        store_node(p, b, q, out + l->nodes + (size_t)ND_SIZE * i);
-        if (l->colors)
-            memcpy(out + l->colors + 4 * (size_t)i, p->tree->nodes[q->node].rgba, 4);
-        if (l->children)
-            out[l->children + i / 2] |= (uint8_t)(child_code(p, q) << 4 * (i & 1));
+    const struct pack_sequence *s = &p->sequence[pb->kind];
+    uint32_t i = 0;
+    for (uint32_t f = 0; f < pb->family_count; f++) {
+        const struct pack_family *family = pack_family_of(p, pb, f);
+        for (uint32_t k = 0; k < family->count; k++, i++) {
+            const uint32_t node = s->nodes[family->first + k], at = place[i];
+            const struct pack_node *q = &p->nodes[node];
+            uint8_t *record = out + l->nodes + (size_t)ND_SIZE * at;
+            store_node(p, b, q, record);
+            pack_copy_top(p, node, b, record);
+            if (l->colors)
+                memcpy(out + l->colors + 4 * (size_t)at, p->tree->nodes[q->node].rgba, 4);
+            if (l->children)
+                out[l->children + at / 2] |= (uint8_t)(child_code(p, q) << 4 * (at & 1));
+        }
     }
     store_groups(p, pb, out + l->groups);
 }
 
-enum spc_status pack_payload(struct pack *p, uint32_t k, struct spc_error *err)
+struct scratch {                    /* of one block */
+    struct vertex_set set;
+    uint16_t *indices;              /* [3 count] */
+    uint32_t *place;                /* [count] */
+    struct spc_family *families;
+    uint8_t *payload, *stored;
+};
+
+static void scratch_release(struct scratch *t)
+{
+    free(t->set.vertices);
+    free(t->set.slots);
+    free(t->indices);
+    free(t->place);
+    free(t->families);
+    free(t->payload);
+    free(t->stored);
+}
+
+static enum spc_status encode_block(struct pack *p, uint32_t k, struct scratch *t,
+                                    struct spc_error *err)
 {
     const struct spb_pack_options *o = &p->shared->options;
     const struct pack_block *pb = &p->blocks[k];
     struct spc_block *b = &p->out->blocks[k];
+    const struct spc_frame frame = pack_frame(p);
     const bool triangles = pb->kind == SPC_BLOCK_LEAF && (o->flags & SPC_FLAG_TRIANGLES);
-    struct vertex_set set = {0};
-    uint16_t *indices = NULL;
-    uint8_t *payload = NULL, *stored = NULL;
     int64_t base[3] = {0, 0, 0};
     struct spc_block_layout l;
-    enum spc_status status = SPC_OK;
+    share_links(p, pb);
     measure_block(p, pb, b);
+    t->place = malloc(pb->count * sizeof *t->place);
+    t->families = malloc(pb->family_count * sizeof *t->families);
+    t->indices = malloc((size_t)6 * pb->count);
+    if (!t->place || !t->families || !t->indices ||
+        (triangles && !vertex_set_init(&t->set, pb->count)))
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to pack a block");
     if (triangles) {
-        indices = malloc((size_t)6 * pb->count);
-        if (!vertex_set_init(&set, pb->count) || indices == NULL)
-            goto no_memory;
-        collect_vertices(p, pb, &set, indices);
-        b->vertex_count = set.count;
-        b->vertex_width = vertex_range(&set, base);
+        collect_vertices(p, pb, &t->set, t->indices);
+        b->vertex_count = t->set.count;
+        b->vertex_width = vertex_range(&t->set, base);
     }
-    if (!spc_block_layout(b, o->flags, o->normal_clusters, &l)) {
-        status = spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "a block is over the limits");
-        goto out;
-    }
-    b->raw_bytes = l.bytes;
-    payload = calloc(1, l.bytes);
-    stored = malloc(spc_block_stored_bound(l.bytes));
-    if (payload == NULL || stored == NULL)
-        goto no_memory;
-    store_nodes(p, pb, b, &l, payload);
-    pack_copy_tops(p, pb, b, payload + l.nodes);
+    if (!spc_block_layout(b, o->flags, o->normal_clusters, &l))
+        return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "a block is over the limits");
+    t->payload = calloc(1, l.bytes);
+    t->stored = malloc(spc_block_stored_bound(l.bytes));
+    if (t->payload == NULL || t->stored == NULL)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to pack a block");
+    place_nodes(p, pb, t->place);
+    store_nodes(p, pb, t->place, b, &l, t->payload);
     if (triangles)
-        store_triangles(p, &set, indices, base, pb->count, b->vertex_width, &l, payload);
-    status = spc_block_encode(b, &l, o->normal_clusters, payload, o->level, stored, err);
+        store_triangles(pb, t->place, &t->set, t->indices, base, b->vertex_width, &l, t->payload);
+    fill_families(p, pb, k, t->families);
+    return spc_block_encode(b, &l, &frame, t->families, pb->family_count, t->payload, o->level,
+                            t->stored, err);
+}
+
+enum spc_status pack_payload(struct pack *p, uint32_t k, struct spc_error *err)
+{
+    struct scratch t = {.indices = NULL};
+    enum spc_status status = encode_block(p, k, &t, err);
     if (status == SPC_OK)
-        status = spb_tmpfile_append(spb_spool_file(p->shared->spool), stored, b->stored_bytes,
-                                    &p->out->stored_off[k], err);
-    goto out;
-no_memory:
-    status = spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to pack a block");
-out:
-    free(stored);
-    free(payload);
-    free(indices);
-    free(set.vertices);
-    free(set.slots);
+        status = spb_tmpfile_append(spb_spool_file(p->shared->spool), t.stored,
+                                    p->out->blocks[k].stored_bytes, &p->out->stored_off[k], err);
+    scratch_release(&t);
     return status;
 }

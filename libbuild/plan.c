@@ -221,6 +221,9 @@ static enum spc_status add_part(struct spb_plan *plan, struct set *s, uint32_t l
     return SPC_OK;
 }
 
+/* A set of at most two families of leaves is split by its keys (split.h): it stays in one part. */
+enum { PART_MIN = 2 * SPB_FAMILY_MAX };
+
 /*
  * Node index stands for s. Recursion is as deep as the key lattice has bits, some hundred levels,
  * whatever the data: every plane takes a quarter off the longest side.
@@ -240,7 +243,7 @@ static enum spc_status plan_set(struct planner *p, struct set *s, uint32_t index
     }
     status = halve(p, s, halves, err);
     for (int h = 0; h < 2 && status == SPC_OK; h++) {
-        if (halves[h].count == 1) {
+        if (halves[h].count <= SPB_FAMILY_MAX) {
             quarters[n++] = halves[h];
             halves[h].pieces = NULL;
         } else {
@@ -270,7 +273,7 @@ enum spc_status spb_plan_make(struct spb_plan *plan, struct spb_distributor *dis
                               struct spc_error *err)
 {
     struct planner p = {plan, distributor->file, distributor->format, space,
-                        part_faces < 1 ? 1 : part_faces};
+                        part_faces < PART_MIN ? PART_MIN : part_faces};
     struct set all = {0};
     uint32_t root = 0;
     *plan = (struct spb_plan){0};

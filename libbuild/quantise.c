@@ -1,28 +1,32 @@
 /*
  * quantise.c - decoded values of a cluster's nodes, and the errors and links that hold for them.
  *
- * A centre moves to a lattice of about 1/32 of its radius, R and H grow by what it moved, and the
- * error by twice that, so every promise holds for what a viewer decodes. Errors become final here,
- * bottom-up, children before parents, in codes: e_self of a node is never below a child's.
+ * Inner nodes lie on their lattice already (combine.c) unless the cluster's 16 bits do not reach:
+ * then the centre moves once more, R and H grow by what it moved, and the error by twice that, so
+ * every promise holds for what a viewer decodes. Leaves are the format's disk of their triangle.
+ * Errors become final here, bottom-up, children before parents, in codes: e_self of a node is
+ * never below a child's.
  *
  * A cluster's owner lies in the parent cluster, which is quantised later. The tops need the
  * owner's error and position now, so they are declared: the owner may move by at most owner_shift,
- * and its error counts on all of it. No lattice step exceeds max(radius / 32, 2^-15, ulp): see
- * choose_lattice.
+ * and its error counts on all of it. No lattice step exceeds max(spb_center_step, 2^-15, finest).
  */
 #include "pack_int.h"
 
+#include "bytes.h"
+#include "layout.h"
 #include "vec.h"
 
 #include <assert.h>
 #include <string.h>
 
 enum {
-    STEP_BITS = 5,                  /* steps per radius: 2^5 to 2^6 */
     STEP_COARSEST = -15,            /* of a 16-bit lattice over the whole scan */
     DIAGONAL_MAX = 8,               /* of any cluster's box: centres in [0, 1], radii below 2 */
+    HEIGHT_UNUSED = 15,             /* low bits of an inner node's height code, all ones */
 };
 static const double OUTWARD = 1 + 0x1p-44;
+static const double LINK_OUTWARD = 1 + 0x1p-40;     /* the format's: spc_link_record */
 static const double HALF_DIAGONAL = 0.8661;         /* above sqrt(3) / 2 */
 
 static int exponent_of(double v)    /* v < 2^e */
@@ -34,18 +38,22 @@ static int exponent_of(double v)    /* v < 2^e */
 
 static int finest_step(const struct pack *p)
 {
-    return p->shared->space->ulp_exp - p->shared->space->unit_exp;
-}
-
-/* Step that a radius asks for, before the limits of cluster and coordinates. */
-static int wanted_step(double radius)
-{
-    return radius > 0 ? exponent_of(radius) - 1 - STEP_BITS : -1000;
+    return spb_space_finest(p->shared->space);
 }
 
 struct lattice {
     int finest, coarsest;           /* steps: 16 bits reach over the cluster; divides the origin */
 };
+
+/* Where centres may lie: an inner node's does not move far, a leaf's lies in its triangle's box. */
+static void reach_of(const struct spb_node *n, double min[3], double max[3])
+{
+    for (int a = 0; a < 3; a++) {
+        const bool leaf = n->child_count == 0;
+        min[a] = fmin(min[a], leaf ? (double)n->box[a] : n->center[a]);
+        max[a] = fmax(max[a], leaf ? (double)n->box[a + 3] : n->center[a]);
+    }
+}
 
 static struct lattice choose_lattice(struct pack *p)
 {
@@ -57,12 +65,9 @@ static struct lattice choose_lattice(struct pack *p)
     }
     for (uint32_t i = 0; i < p->node_count; i++) {
         const struct spb_node *n = &p->tree->nodes[p->nodes[i].node];
-        const int step = wanted_step(n->radius);
+        const int step = n->child_count > 0 ? spb_center_step(n->radius) : wanted;
         wanted = step > wanted ? step : wanted;
-        for (int a = 0; a < 3; a++) {
-            min[a] = fmin(min[a], n->center[a]);
-            max[a] = fmax(max[a], n->center[a]);
-        }
+        reach_of(n, min, max);
     }
     for (int a = 0; a < 3; a++)
         side = fmax(side, max[a] - min[a]);
@@ -93,32 +98,54 @@ static double far_corner(const struct spb_node *n, const double c[3], double out
     return vec_length(out);
 }
 
-/* Decoded centre, R and H of one node. Returns how far the centre moved. */
+/* Decoded centre, R and H of an inner node. Returns how far the centre moved. */
 static double quantise_pill(struct pack_node *q, const struct spb_node *n, const struct lattice *l)
 {
     double shift[3], normal[3], far[3];
-    q->step_exp = wanted_step(n->radius);
+    q->step_exp = spb_center_step(n->radius);
     q->step_exp = q->step_exp > l->coarsest ? l->coarsest : q->step_exp;
     q->step_exp = q->step_exp < l->finest ? l->finest : q->step_exp;
     for (int a = 0; a < 3; a++)
         q->center[a] = ldexp(floor(ldexp(n->center[a], -q->step_exp) + 0.5), q->step_exp);
     vec_sub(q->center, n->center, shift);
     const double moved = vec_length(shift);
-    const double radius = fmin(n->radius + moved, far_corner(n, q->center, far)) * OUTWARD;
-    q->radius_code = spc_len_encode_up(radius);
+    const double radius = fmin(n->radius + moved, far_corner(n, q->center, far) * OUTWARD);
+    q->radius_code = spb_length_code(radius);
     q->radius = (double)spc_len_decode(q->radius_code);
+    q->normal = n->normal;
     spc_normal_decode(n->normal, normal);
     const double slab = fabs(normal[0]) * far[0] + fabs(normal[1]) * far[1] +
                         fabs(normal[2]) * far[2];
     double height = fmin(n->height + fabs(vec_dot(normal, shift)), slab);
     height = fmin(height * OUTWARD + 0x1p-48 * q->radius, q->radius);
-    int code = (int)(height / q->radius * 256) - 2;
-    code = q->radius > 0 && code > 0 ? code : 0;
+    int code = q->radius > 0 ? (int)(height / q->radius * 256) - 2 : 0;
+    code = code > 0 ? code : 0;
     while (code < 255 && q->radius * (code + 1) / 256 < height)
         code++;
-    q->height_code = (uint8_t)code;
-    q->height = q->radius * (code + 1) / 256;
+    q->height_code = (uint8_t)(code | HEIGHT_UNUSED);
+    q->height = q->radius * (q->height_code + 1) / 256;
     return moved * OUTWARD;
+}
+
+/* The format's disk of a triangle: readers make the same from the triangle alone. */
+static void quantise_leaf(const struct pack *p, struct pack_node *q, int step)
+{
+    const struct spb_space *space = p->shared->space;
+    uint8_t record[ND_SIZE] = {0};
+    const struct spc_frame frame = pack_frame(p);
+    const bool fits = spc_leaf_record(&frame, step + space->unit_exp,
+                                      (const int64_t(*)[3])p->leaves[q->leaf_number].corner, record);
+    assert(fits);
+    (void)fits;
+    q->step_exp = step;
+    for (int a = 0; a < 3; a++)
+        q->center[a] = p->origin[a] + ldexp(load_u16(record + ND_X + 2 * a), step);
+    q->normal = load_u16(record + ND_NORMAL);
+    q->e_self = load_u16(record + ND_E_SELF);
+    q->radius_code = load_u16(record + ND_RADIUS);
+    q->radius = (double)spc_len_decode(q->radius_code);
+    q->height_code = record[ND_HEIGHT];
+    q->height = q->radius * (q->height_code + 1) / 256;
 }
 
 static uint16_t larger(uint16_t a, uint16_t b)
@@ -131,9 +158,9 @@ static uint16_t own_error(const struct pack *p, const struct spb_node *n, double
                           double height, double moved)
 {
     if (p->shared->options.flags & SPC_FLAG_ERROR_PAPER)
-        return spc_len_encode_up(n->reach);
+        return spb_length_code(n->reach);
     const double reach = fmin(n->reach + moved + fmax(0, radius - n->radius), 2 * radius);
-    return spc_len_encode_up(fmax(reach, height) * OUTWARD);
+    return spb_length_code(fmax(reach, height) * OUTWARD);
 }
 
 static uint16_t error_below(const struct pack *p, const struct pack_node *q,
@@ -142,7 +169,7 @@ static uint16_t error_below(const struct pack *p, const struct pack_node *q,
     uint16_t e = n->owner ? n->e_below : SPC_LEN_ZERO;
     for (uint32_t k = 0; k < n->child_count && !n->owner; k++)
         e = larger(e, p->nodes[q->child_first + k].e_self);
-    return e;
+    return spb_length_code((double)spc_len_decode(e));
 }
 
 static void declare_owner(struct pack *p)
@@ -152,17 +179,15 @@ static void declare_owner(struct pack *p)
         p->owner_e = SPC_LEN_ROOT;
         return;
     }
-    int step = wanted_step(n->radius);
-    step = step < STEP_COARSEST ? STEP_COARSEST : step;
-    step = step < finest_step(p) ? finest_step(p) : step;
-    p->owner_shift = ldexp(HALF_DIAGONAL, step);
-    p->owner_radius = (double)spc_len_decode(
-        spc_len_encode_up((n->radius + p->owner_shift) * OUTWARD * OUTWARD));
+    const int step = finest_step(p) > STEP_COARSEST ? finest_step(p) : STEP_COARSEST;
+    p->owner_shift = spb_center_step(n->radius) >= step ? 0 : ldexp(HALF_DIAGONAL, step);
+    p->owner_radius = (double)spc_len_decode(spb_length_code(n->radius + p->owner_shift));
     const double height = fmin(p->owner_radius,
-                               (n->height + p->owner_shift + p->owner_radius / 128) * OUTWARD);
+                               (n->height + p->owner_shift + p->owner_radius / 16) * OUTWARD);
     p->owner_e = own_error(p, n, p->owner_radius, height, p->owner_shift);
     for (uint32_t k = 0; k < n->child_count; k++)
-        p->owner_e = larger(p->owner_e, p->nodes[k].e_self);
+        p->owner_e = larger(p->owner_e,
+                            spb_length_code((double)spc_len_decode(p->nodes[k].e_self)));
 }
 
 static void measure_box(struct pack *p)
@@ -179,7 +204,7 @@ static void measure_box(struct pack *p)
         const double side = (double)p->box[a + 3] - (double)p->box[a];
         square += side * side;
     }
-    p->diagonal = sqrt(square);
+    p->diagonal = (double)float_above(sqrt(square));
     assert(p->diagonal <= DIAGONAL_MAX);
 }
 
@@ -199,7 +224,7 @@ static double link_of(const struct pack *p, const struct pack_node *q)
     } else {
         return 0;
     }
-    return (distance + fmax(0, radius - q->radius) + diagonals * 0x1p-21) * OUTWARD;
+    return (distance + fmax(0, radius - q->radius) + diagonals * 0x1p-21) * LINK_OUTWARD;
 }
 
 void pack_quantise(struct pack *p)
@@ -209,14 +234,14 @@ void pack_quantise(struct pack *p)
     for (uint32_t i = p->node_count; i-- > 0;) {
         struct pack_node *q = &p->nodes[i];
         const struct spb_node *n = &p->tree->nodes[q->node];
+        if (q->leaf) {
+            quantise_leaf(p, q, l.finest);
+            continue;
+        }
         const double moved = quantise_pill(q, n, &l);
-        if (n->owner)
-            q->e_self = n->e_self;
-        else if (q->leaf)           /* t; more only where the cluster is too wide for so small a disk */
-            q->e_self = larger(n->e_self, paper ? SPC_LEN_ZERO
-                                                : own_error(p, n, q->radius, q->height, moved));
-        else
-            q->e_self = larger(own_error(p, n, q->radius, q->height, moved), error_below(p, q, n));
+        q->e_self = n->owner ? n->e_self
+                             : larger(own_error(p, n, q->radius, q->height, moved),
+                                      error_below(p, q, n));
         assert(!n->owner || paper || (double)spc_len_decode(n->e_self) >= q->height);
     }
     declare_owner(p);

@@ -4,9 +4,9 @@
 #include <string.h>
 
 enum {
-    VERTEX_BITS_MIN = 16,           /* lattice at least this fine, in bits of the longest side */
+    VERTEX_BITS_MIN = 10,           /* lattice at least this fine, in bits of the longest side */
     VERTEX_BITS_MAX = 46,           /* and at most: products of three stay inside a double's range */
-    EDGE_BITS = 5,                  /* steps per short edge: 2^5 */
+    EDGE_BITS = 4,                  /* steps per short edge: 2^5 */
 };
 
 static int exponent_of(double v)    /* v < 2^e, v >= 2^(e-1) */
@@ -51,6 +51,11 @@ void spb_space_set_vertices(struct spb_space *space, double edge)
     if (step > coarsest)
         step = coarsest;
     space->vertex_exp = step;
+}
+
+int spb_space_finest(const struct spb_space *space)
+{
+    return space->vertex_exp - space->unit_exp;     /* not below the ulp either */
 }
 
 double spb_space_from_file(const struct spb_space *space, int axis, double x)

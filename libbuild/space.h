@@ -21,11 +21,14 @@ struct spb_space {
 void spb_space_init(struct spb_space *space, const double min[3], const double max[3]);
 
 /*
- * Chooses the vertex lattice: edge is a short edge of the scan (first percentile), in units; 0
- * when every edge is 0. Steps of edge/32 or finer, inside what 46 bits of the longest side and
+ * Chooses the vertex lattice: edge is a short edge of the scan (tenth percentile), in units; 0
+ * when every edge is 0. Steps of edge/16 or finer, inside what 46 bits of the longest side and
  * the ulp of the coordinates allow.
  */
 void spb_space_set_vertices(struct spb_space *space, double edge);
+
+/* Exponent, in units, of the finest step a position may have: that of vertices. */
+int spb_space_finest(const struct spb_space *space);
 
 /* File coordinate -> build coordinate, as the file says it (not snapped). */
 double spb_space_from_file(const struct spb_space *space, int axis, double x);

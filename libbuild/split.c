@@ -56,16 +56,42 @@ static uint32_t halve(struct spb_key *keys, uint32_t n)
     }
 }
 
-/* Borders of the 2..4 children of [begin, end). Returns how many. */
+static int by_place(const void *a, const void *b)
+{
+    const struct spb_key *x = a, *y = b;
+    for (int k = 0; k < 3; k++)
+        if (x->v[k] != y->v[k])
+            return x->v[k] < y->v[k] ? -1 : 1;
+    return by_face(a, b);
+}
+
+/* All of a half as leaves, one border each. */
+static uint32_t split_leaves(struct spb_key *keys, uint32_t begin, uint32_t end, uint32_t *border)
+{
+    qsort(keys + begin, end - begin, sizeof *keys, by_place);
+    for (uint32_t k = begin; k < end; k++)
+        *border++ = k + 1;
+    return end - begin;
+}
+
+/* Borders of the 2..4 children of [begin, end), by the rule of split.h. Returns how many. */
 static uint32_t split_family(struct spb_key *keys, uint32_t begin, uint32_t end, uint32_t *border)
 {
+    border[0] = begin;
+    if (end - begin <= SPB_FAMILY_MAX)
+        return split_leaves(keys, begin, end, border + 1);
     const uint32_t middle = begin + halve(keys + begin, end - begin);
     const uint32_t from[3] = {begin, middle, end};
+    const uint32_t count[2] = {middle - begin, end - middle};
+    const int small = count[0] <= count[1] ? 0 : 1;
     uint32_t n = 0;
-    border[0] = begin;
     for (int h = 0; h < 2; h++) {
-        if (from[h + 1] - from[h] > 1)
-            border[++n] = from[h] + halve(keys + from[h], from[h + 1] - from[h]);
+        if (h == small && count[h] < SPB_FAMILY_MAX && count[1 - h] <= SPB_FAMILY_MAX) {
+            n += split_leaves(keys, from[h], from[h + 1], border + n + 1);
+            continue;
+        }
+        if (count[h] > SPB_FAMILY_MAX)
+            border[++n] = from[h] + halve(keys + from[h], count[h]);
         border[++n] = from[h + 1];
     }
     return n;

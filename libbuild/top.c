@@ -23,7 +23,8 @@ static enum spc_status finish_node(const struct spb_pack_tree *tree, uint32_t i,
     const uint32_t first = n->child_first;
     const uint8_t count = n->child_count;
     spb_node_combine(&tree->nodes[first], count,
-                     (tree->shared->options.flags & SPC_FLAG_ERROR_PAPER) != 0, n);
+                     (tree->shared->options.flags & SPC_FLAG_ERROR_PAPER) != 0,
+                     spb_space_finest(tree->shared->space), n);
     n->child_first = first;
     n->child_count = count;
     return spb_cut(tree, i, err);

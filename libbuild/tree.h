@@ -10,7 +10,17 @@
 
 #include "space.h"
 
-enum { SPB_CHILDREN_MAX = 4 };
+enum {
+    SPB_CHILDREN_MAX = 4,
+    SPB_STEP_BITS = 3,              /* lattice steps per radius of a centre: 2^4 to 2^5 */
+    SPB_LENGTH_BITS = 4,            /* of the 8 that a length code has below its exponent */
+};
+
+/* Inner nodes use few bits of a length code: the smallest such code that is >= v. */
+uint16_t spb_length_code(double v);
+
+/* Lattice of an inner node's centre: the exponent of its step, in units, by its radius. */
+int spb_center_step(double radius);
 
 struct spb_node {
     double center[3];
@@ -50,10 +60,11 @@ void spb_leaf_make(const struct spb_space *space, const struct spb_face *face, u
 
 /*
  * Inner node over its 2..4 children, in child order: center, normal and colour are averages
- * weighted by area (plain when there is none), R and H the smaller of two proved bounds each.
- * child_first, child_count, pending, link and owner are the caller's.
+ * weighted by area (plain when there is none), R and H the smaller of two proved bounds each. The
+ * center is moved to its lattice (spb_center_step, but not below 2^finest units) before anything
+ * is measured from it. child_first, child_count, pending, link and owner are the caller's.
  */
-void spb_node_combine(const struct spb_node *children, uint32_t count, bool paper,
+void spb_node_combine(const struct spb_node *children, uint32_t count, bool paper, int finest,
                       struct spb_node *out);
 
 /*

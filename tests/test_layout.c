@@ -27,6 +27,7 @@ static const struct row TOP[] = {SPC_TOP_LAYOUT(X)};
 static const struct row BLOCK[] = {SPC_BLOCK_LAYOUT(X)};
 static const struct row CHUNK[] = {SPC_CHUNK_LAYOUT(X)};
 static const struct row NODE[] = {SPC_NODE_LAYOUT(X)};
+static const struct row COLUMNS[] = {SPC_COLUMNS_LAYOUT(X)};
 #undef X
 
 #define TABLE(name, prefix, size, rows) {name, prefix, size, rows, sizeof rows / sizeof *rows}
@@ -34,7 +35,7 @@ static const struct table TABLES[] = {
     TABLE("header", "HD_", HD_SIZE, HEADER), TABLE("section", "SE_", SE_SIZE, SECTION),
     TABLE("cluster", "CL_", CL_SIZE, CLUSTER), TABLE("top", "TP_", TP_SIZE, TOP),
     TABLE("block", "BL_", BL_SIZE, BLOCK), TABLE("chunk header", "CH_", CH_SIZE, CHUNK),
-    TABLE("node", "ND_", ND_SIZE, NODE),
+    TABLE("node", "ND_", ND_SIZE, NODE), TABLE("prelude", "CO_", CO_SIZE, COLUMNS),
 };
 
 START_TEST(fields_tile_their_records)
