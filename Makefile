@@ -14,7 +14,7 @@ CFLAGS_tsan := -O1 -g -fsanitize=thread
 # -ffp-contract=off: stored values must not depend on whether a machine has fused operations.
 # -fno-trapping-math, -fno-math-errno: change no value, but let loops with conditions become vectors.
 FLAGS := -D_POSIX_C_SOURCE=200809L -D_FILE_OFFSET_BITS=64 -ffp-contract=off -fno-trapping-math -fno-math-errno -pthread -MMD -MP \
-	-Wall -Wextra -Wconversion -Wshadow $(if $(WERROR),-Werror) -Iformat -Ilibbuild -Iviewer -Icmd -Itests
+	-Wall -Wextra -Wconversion -Wshadow $(if $(WERROR),-Werror) -Iformat -Ilibbuild -Iviewer -Icmd -Itests -Itests/fuzz
 ALL_CFLAGS = -std=c11 $(FLAGS) -Wstrict-prototypes $(or $(CFLAGS_$(CONFIG)),$(CFLAGS))
 ALL_CXXFLAGS = -std=c++17 $(FLAGS) -Wno-conversion -Wno-shadow -Wno-maybe-uninitialized $(or $(CFLAGS_$(CONFIG)),$(CFLAGS))
 
@@ -77,7 +77,7 @@ deps: ; @scripts/install_deps build
 deps-check: ; @scripts/install_deps build test $(if $(filter 1,$(MESH)),mesh)
 
 # One program a test file; helpers of tests are tests/*.c without the prefix.
-TEST_HELPERS := $(call obj,$(filter-out tests/test_%,$(wildcard tests/*.c)))
+TEST_HELPERS := $(call obj,$(filter-out tests/test_%,$(wildcard tests/*.c tests/fuzz/*.c)))
 tests: $(addprefix $(B)/tests/,$(TESTS))
 $(B)/libtest.a: $(TEST_HELPERS)
 $(B)/tests/test_%: $(call obj,tests/test_%.c) $(B)/libtest.a $(B)/libspv.a $(B)/libspb.a $(B)/libspc.a

@@ -54,7 +54,7 @@ uint64_t spc_block_chunk_bytes(const struct spc_block *b)
 
 /* ---- checks ------------------------------------------------------------------------------------ */
 
-static bool node_ok(const uint8_t *p)
+bool spc_record_ok(const uint8_t *p)
 {
     const uint16_t e_self = load_u16(p + ND_E_SELF);
     const uint16_t e_parent = load_u16(p + ND_E_PARENT);
@@ -140,7 +140,7 @@ enum spc_status spc_payload_check(const struct spc_block *b, const struct spc_bl
 {
     const uint32_t n = b->node_count;
     for (uint32_t i = 0; i < n; i++)
-        if (!node_ok(payload + l->nodes + (size_t)SPC_NODE_BYTES * i))
+        if (!spc_record_ok(payload + l->nodes + (size_t)SPC_NODE_BYTES * i))
             return spc_fail(err, SPC_CORRUPT, b->off, "node %u of the block holds invalid codes", i);
     if (!groups_ok(payload + l->groups, normal_clusters, n) ||
         !padding_ok(payload, l->groups + 4 * (uint64_t)normal_clusters))

@@ -226,7 +226,7 @@ static bool tops_ok(const struct spc_cluster *c, const uint8_t *record)
         return false;
     for (uint32_t t = 0; t < c->top_count; t++)
         if (!exponents_ok(c->tops[t].step_exp, c->tops[t].link_base) ||
-            !spc_normal_valid(load_u16(c->tops[t].record + ND_NORMAL)))
+            !spc_record_ok(c->tops[t].record))
             return false;
     return true;
 }

@@ -39,6 +39,9 @@ static inline uint64_t spc_data_start(uint64_t head_bytes)
     return (head_bytes + SPC_CHUNK_ALIGN - 1) & ~(uint64_t)(SPC_CHUNK_ALIGN - 1);
 }
 
+/* The codes of one node's record are those of the spec, and e_self <= e_parent. */
+bool spc_record_ok(const uint8_t *record);
+
 /* Codes, counts and groups of a decoded payload. at_off names the chunk in messages. */
 enum spc_status spc_payload_check(const struct spc_block *block,
                                   const struct spc_block_layout *layout, uint32_t normal_clusters,
