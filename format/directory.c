@@ -216,6 +216,16 @@ static bool exponents_ok(int32_t step_exp, int32_t link_base)
            link_base <= 96;
 }
 
+/* No node of a cluster with this origin lies at infinity. */
+static bool positions_ok(const double origin[3], int32_t step_exp)
+{
+    const double far = ldexp(UINT16_MAX, step_exp);
+    for (int a = 0; a < 3; a++)
+        if (!isfinite(origin[a] + far))
+            return false;
+    return true;
+}
+
 static bool tops_ok(const struct spc_cluster *c, const uint8_t *record)
 {
     if (record[CL_TOP_LEAF_BITS] >> c->top_count != 0 ||
@@ -226,6 +236,7 @@ static bool tops_ok(const struct spc_cluster *c, const uint8_t *record)
         return false;
     for (uint32_t t = 0; t < c->top_count; t++)
         if (!exponents_ok(c->tops[t].step_exp, c->tops[t].link_base) ||
+            !positions_ok(c->origin, c->tops[t].step_exp) ||
             !spc_record_ok(c->tops[t].record))
             return false;
     return true;
@@ -262,7 +273,7 @@ static enum spc_status check_block(const struct spc_reader *r, const struct spc_
     if (!range_ok(b.e_parent_min, b.e_parent_max) || !(b.e_parent_max <= c->e_parent_max) ||
         !(b.e_self_min >= c->e_self_min) || !isfinite(b.e_self_min) || !(b.link_max >= 0) ||
         !(b.link_max <= c->link_max) || !(b.radius_max >= 0) || !(b.radius_max <= c->radius_max) ||
-        !exponents_ok(b.step_exp, b.link_base))
+        !exponents_ok(b.step_exp, b.link_base) || !positions_ok(c->origin, b.step_exp))
         return spc_fail(err, SPC_CORRUPT, record, "block %u has ranges outside its cluster's",
                         index);
     *at += spc_block_chunk_bytes(&b);

@@ -54,6 +54,17 @@ START_TEST(tops_of_invalid_codes_do_not_open)
 }
 END_TEST
 
+START_TEST(nodes_at_infinity_do_not_open)
+{
+    begin(2);
+    store_u16(record(SE_CLUS, 1) + CL_TOPS + TP_STEP_EXP, SPC_EXP_MAX);
+    ck_assert_int_eq(open_status(), SPC_CORRUPT);
+    begin(2);
+    store_u16(record(SE_BLKS, 1) + BL_STEP_EXP, SPC_EXP_MAX);
+    ck_assert_int_eq(open_status(), SPC_CORRUPT);
+}
+END_TEST
+
 static void finish(void)
 {
     free(a.bytes);
@@ -63,5 +74,6 @@ static void finish(void)
 
 int main(void)
 {
-    return SUITE("hostile", case_start, finish, tops_of_invalid_codes_do_not_open);
+    return SUITE("hostile", case_start, finish, tops_of_invalid_codes_do_not_open,
+                 nodes_at_infinity_do_not_open);
 }
