@@ -243,7 +243,7 @@ static bool tops_ok(const struct spc_cluster *c, const uint8_t *record)
 }
 
 static enum spc_status check_block(const struct spc_reader *r, const struct spc_cluster *c,
-                                   uint32_t id, uint32_t index, uint64_t *at, uint32_t counts[2],
+                                   uint32_t id, uint32_t index, uint64_t *at, uint64_t counts[2],
                                    uint64_t *vertices, struct spc_error *err)
 {
     const uint64_t record = r->sections[SE_BLKS].off + (uint64_t)index * BL_SIZE;
@@ -316,7 +316,7 @@ static enum spc_status check_cluster(const struct spc_reader *r, uint32_t id, st
         c.block_count == 0 || c.block_count > h->block_count - w->next_block ||
         c.data_off != w->next_chunk)
         return spc_fail(err, SPC_CORRUPT, record, "cluster %u has blocks out of order", id);
-    uint32_t counts[2] = {0, 0};
+    uint64_t counts[2] = {0, 0};    /* of blocks that may be many: more than 32 bits */
     for (uint32_t k = 0; k < c.block_count; k++) {
         const enum spc_status status = check_block(r, &c, id, w->next_block + k, &w->next_chunk,
                                                    counts, &w->vertices, err);

@@ -65,6 +65,47 @@ START_TEST(nodes_at_infinity_do_not_open)
 }
 END_TEST
 
+/*
+ * Nodes of many blocks that add up to 2^32 and a few: whoever counts in 32 bits takes memory for
+ * the few. The blocks need not decode for that.
+ */
+START_TEST(counts_that_wrap_do_not_open)
+{
+    enum { EXTRA = 65538 };         /* 65537 x 65535 is 2^32 - 1 */
+    begin(4);
+    uint8_t *head = a.bytes;
+    const uint64_t blks = load_u64(head + HD_SECTIONS + SE_SIZE * SE_BLKS + SE_OFF);
+    const uint64_t clus = load_u64(head + HD_SECTIONS + SE_SIZE * SE_CLUS + SE_OFF);
+    const uint32_t blocks = load_u32(head + HD_BLOCK_COUNT);
+    const uint64_t end = blks + (uint64_t)BL_SIZE * (blocks + EXTRA);
+    const size_t size = end + (uint64_t)CH_SIZE * (blocks + EXTRA);
+    uint8_t *bytes = calloc(size, 1);
+    memcpy(bytes, head, blks + (uint64_t)BL_SIZE * blocks);
+    for (uint32_t k = 0; k < blocks + EXTRA; k++) {     /* last cluster, its last kind of block */
+        uint8_t *b = bytes + blks + (uint64_t)BL_SIZE * k;
+        if (k >= blocks) {
+            memcpy(b, b - BL_SIZE, BL_SIZE);
+            store_u32(b + BL_NODE_COUNT, k + 1 < blocks + EXTRA ? 65535 : 1);
+        }
+        b[BL_CODEC] = SPC_CODEC_ZSTD;
+        store_u32(b + BL_STORED_BYTES, 0);
+    }
+    uint8_t *last = bytes + clus + (uint64_t)CL_SIZE * (load_u32(head + HD_CLUSTER_COUNT) - 1);
+    store_u32(last + CL_BLOCK_COUNT, load_u32(last + CL_BLOCK_COUNT) + EXTRA);
+    store_u32(bytes + HD_BLOCK_NODES, 65535);
+    uint8_t *se = bytes + HD_SECTIONS + SE_SIZE * SE_BLKS;
+    store_u64(se + SE_BYTES, (uint64_t)BL_SIZE * (blocks + EXTRA));
+    store_u64(se + SE_SIZE + SE_OFF, end);              /* metadata: none */
+    store_u64(se + SE_SIZE + SE_BYTES, 0);
+    store_u64(bytes + HD_HEAD_BYTES, end);
+    free(a.bytes);
+    a.bytes = bytes;
+    a.size = size;
+    ck_assert_int_eq(open_status(), SPC_CORRUPT);
+    ck_assert_uint_eq(a.size, size);
+}
+END_TEST
+
 static void finish(void)
 {
     free(a.bytes);
@@ -75,5 +116,5 @@ static void finish(void)
 int main(void)
 {
     return SUITE("hostile", case_start, finish, tops_of_invalid_codes_do_not_open,
-                 nodes_at_infinity_do_not_open);
+                 nodes_at_infinity_do_not_open, counts_that_wrap_do_not_open);
 }
