@@ -23,7 +23,7 @@ static const char *const L3_NAMES[L3_COUNT] = {
     "links are long enough for decoded centres and radii",
     "pills hold every triangle below",
     "cones hold the winding normal of every triangle below",
-    "triangles: t is at least the longest edge",
+    "triangles: t is at least the longest edge, corners lie in the box of all vertices",
     "leaves are the disks of their triangles",
     "law: every path is cut exactly once at any common q",
 };
@@ -49,6 +49,7 @@ struct verify {
     uint64_t *bins;                 /* [65536] the law */
     uint64_t leaf_index;
     bool hybrid;
+    double scale[2];                /* their product takes file units to units */
     double axes[SPC_NORMAL_CLUSTERS_MAX][3];
 };
 
@@ -65,9 +66,20 @@ static double dot3(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static double distance(const double a[3], const double b[3])
+/*
+ * d = a - b in units, before anything is squared: in file units a square may leave the doubles. The
+ * factor itself may, too; its halves do not.
+ */
+static void between(const struct verify *v, const double a[3], const double b[3], double d[3])
 {
-    const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+    for (int i = 0; i < 3; i++)
+        d[i] = (a[i] - b[i]) * v->scale[0] * v->scale[1];
+}
+
+static double distance(const struct verify *v, const double a[3], const double b[3])
+{
+    double d[3];
+    between(v, a, b, d);
     return sqrt(dot3(d, d));
 }
 
@@ -108,10 +120,9 @@ static void check_node(struct verify *v, uint32_t depth, uint32_t node)
     }
     if (n->e_parent != p->e_self || n->e_self > p->e_self)
         fault(v, L3_ERRORS, f, node, "e_parent is not the parent's e_self");
-    const double unit = ldexp(1, -v->r->header.unit_exp);
     const bool top = f->tree->parent[node] == SPC_PARENT_OWNER;
     const double diagonals = f->diagonal + (top ? v->frames[depth - 1].diagonal : f->diagonal);
-    const double need = distance(n->center, p->center) * unit + fmax(0, p->radius - n->radius) +
+    const double need = distance(v, n->center, p->center) + fmax(0, p->radius - n->radius) +
                         diagonals * 0x1p-21;
     if (n->link < need)
         fault(v, L3_LINKS, f, node, "a link is too short");
@@ -119,18 +130,16 @@ static void check_node(struct verify *v, uint32_t depth, uint32_t node)
 
 /* ---- triangles ----------------------------------------------------------------------------------- */
 
-static bool in_pill(const struct spc_node *n, const double corner[3], double unit)
+static bool in_pill(const struct verify *v, const struct spc_node *n, const double corner[3])
 {
     double d[3];
-    for (int a = 0; a < 3; a++)
-        d[a] = (corner[a] - n->center[a]) * unit;
+    between(v, corner, n->center, d);
     const double slack = 1 + 1e-12;     /* the check's own rounding */
     return dot3(d, d) <= n->radius * n->radius * slack &&
            fabs(dot3(d, n->normal)) <= n->height * slack + 1e-14 * n->radius;
 }
 
 struct triangle {
-    int64_t lattice[3][3];          /* corners as lattice numbers */
     double corner[3][3];
     double normal[3];               /* unit winding normal; zero area: area is false */
     bool area;
@@ -138,13 +147,12 @@ struct triangle {
 
 static void check_above(struct verify *v, const struct triangle *t, uint32_t node)
 {
-    const double unit = ldexp(1, -v->r->header.unit_exp);
     uint32_t depth = v->depth - 1;
     for (;;) {
         const struct frame *f = &v->frames[depth];
         const struct spc_node *n = &f->tree->nodes[node];
         for (int k = 0; k < 3; k++)
-            if (!in_pill(n, t->corner[k], unit))
+            if (!in_pill(v, n, t->corner[k]))
                 fault(v, L3_PILLS, f, node, "a triangle sticks out of a pill");
         const double cosine = f->cosine[node];
         if (cosine > -1 && (!t->area || dot3(t->normal, v->axes[f->axis[node]]) < cosine - 1e-9))
@@ -168,18 +176,12 @@ static void load_triangle(const struct verify *v, const struct spc_block *b,
                           const struct spc_block_layout *l, const uint8_t *payload, uint32_t i,
                           struct triangle *t)
 {
-    for (uint32_t k = 0; k < 3; k++) {
+    for (uint32_t k = 0; k < 3; k++)
         spc_vertex_decode(v->r, b, l, payload, load_u16(payload + l->indices + 6 * i + 2 * k),
                           t->corner[k], NULL);
-        for (int a = 0; a < 3; a++)
-            t->lattice[k][a] = (int64_t)ldexp(t->corner[k][a], -v->r->header.vertex_exp);
-    }
     double e[2][3];
-    const double unit = ldexp(1, -v->r->header.unit_exp);
-    for (int a = 0; a < 3; a++) {
-        e[0][a] = (t->corner[1][a] - t->corner[0][a]) * unit;
-        e[1][a] = (t->corner[2][a] - t->corner[0][a]) * unit;
-    }
+    between(v, t->corner[1], t->corner[0], e[0]);
+    between(v, t->corner[2], t->corner[0], e[1]);
     for (int a = 0; a < 3; a++)
         t->normal[a] = e[0][(a + 1) % 3] * e[1][(a + 2) % 3] - e[0][(a + 2) % 3] * e[1][(a + 1) % 3];
     const double length = sqrt(dot3(t->normal, t->normal));
@@ -193,22 +195,38 @@ static bool is_disk_of(const struct verify *v, const struct spc_block *b, const 
                        const struct triangle *t)
 {
     uint8_t want[ND_SIZE];
+    int64_t lattice[3][3];
     const struct spc_frame frame = spc_reader_frame(v->r, b->cluster);
+    for (int k = 0; k < 3; k++)
+        for (int a = 0; a < 3; a++)
+            lattice[k][a] = (int64_t)ldexp(t->corner[k][a], -frame.vertex_exp);
     memcpy(want, record, ND_SIZE);
-    return spc_leaf_record(&frame, b->step_exp, (const int64_t(*)[3])t->lattice, want) &&
+    return spc_leaf_record(&frame, b->step_exp, (const int64_t(*)[3])lattice, want) &&
            memcmp(want, record, ND_SIZE) == 0;
 }
 
-static double longest_edge(const struct triangle *t)
+static double longest_edge(const struct verify *v, const struct triangle *t)
 {
-    return fmax(distance(t->corner[0], t->corner[1]),
-                fmax(distance(t->corner[1], t->corner[2]), distance(t->corner[2], t->corner[0])));
+    return fmax(distance(v, t->corner[0], t->corner[1]),
+                fmax(distance(v, t->corner[1], t->corner[2]),
+                     distance(v, t->corner[2], t->corner[0])));
+}
+
+/* A finite box, so what lies in it is finite too, and every later comparison says something. */
+static bool in_box(const struct verify *v, const struct triangle *t)
+{
+    const struct spc_header *h = &v->r->header;
+    for (int i = 0; i < 9; i++) {
+        const double x = t->corner[i / 3][i % 3];
+        if (!(x >= h->box_min[i % 3] && x <= h->box_max[i % 3]))
+            return false;
+    }
+    return true;
 }
 
 static enum spc_status check_triangles(struct verify *v, struct spc_error *err)
 {
     const struct frame *f = &v->frames[v->depth - 1];
-    const double unit = ldexp(1, -v->r->header.unit_exp);
     uint32_t node = f->tree->inner_count;
     for (uint32_t k = 0; k < f->c.block_count; k++) {
         struct spc_block b;
@@ -225,7 +243,11 @@ static enum spc_status check_triangles(struct verify *v, struct spc_error *err)
         for (uint32_t i = 0; i < b.node_count && status == SPC_OK; i++, node++) {
             struct triangle t;
             load_triangle(v, &b, &l, payload, i, &t);
-            if (f->tree->nodes[node].e_self < spc_len_encode_up(longest_edge(&t) * unit))
+            if (!in_box(v, &t)) {
+                fault(v, L3_TRIANGLES, f, node, "a vertex lies outside the box of all vertices");
+                continue;
+            }
+            if (f->tree->nodes[node].e_self < spc_len_encode_up(longest_edge(v, &t)))
                 fault(v, L3_TRIANGLES, f, node, "t is below the longest edge");
             if (!is_disk_of(v, &b, payload + l.nodes + (size_t)ND_SIZE * i, &t))
                 fault(v, L3_LEAVES, f, node, "a leaf is not the disk of its triangle");
@@ -414,6 +436,9 @@ enum spc_status spc_verify_tree(const struct spc_reader *reader, spc_finding_fn 
     }
     for (uint32_t k = 0; k < reader->header.normal_clusters; k++)
         spc_reader_axis(reader, k, v.axes[k]);
+    const int half = reader->header.unit_exp / 2;
+    v.scale[0] = ldexp(1, -half);
+    v.scale[1] = ldexp(1, half - reader->header.unit_exp);
     v.bins = calloc(65536, sizeof *v.bins);
     enum spc_status status = SPC_OK;
     if (v.bins == NULL)

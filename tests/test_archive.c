@@ -316,6 +316,23 @@ START_TEST(scaling_by_a_power_of_two_changes_no_code)
 }
 END_TEST
 
+/* Where squares of lengths in file units leave the doubles, and the factor to units does. */
+START_TEST(archives_of_huge_and_tiny_scans_verify)
+{
+    static const int exponents[] = {-1060, -1010, -600, 600, 900};
+    for (int i = 0; i < 5; i++) {
+        struct case_mesh m = case_sphere(600, 3);
+        struct spb_build_options o;
+        m.wide = true;
+        for (uint32_t v = 0; v < m.vertex_count; v++)
+            for (int a = 0; a < 3; a++)
+                m.xyz[v][a] = ldexp(m.xyz[v][a], exponents[i]);
+        o = case_options(case_write(&m, "a.ply"), case_path("a.spc"));
+        expect_whole(m, &o);
+    }
+}
+END_TEST
+
 /* ---- damage is found ------------------------------------------------------------------------------ */
 
 /* Opens bytes and verifies them; SPC_OK when nothing is found. */
@@ -389,5 +406,6 @@ int main(void)
                  unusable_faces_are_dropped_and_counted,
                  closed_surfaces_are_told_from_open_and_inside_out_ones,
                  parts_and_threads_leave_no_trace, scaling_by_a_power_of_two_changes_no_code,
+                 archives_of_huge_and_tiny_scans_verify,
                  every_flipped_bit_is_found, every_truncation_and_extension_is_found);
 }

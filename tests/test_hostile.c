@@ -106,6 +106,37 @@ START_TEST(counts_that_wrap_do_not_open)
 }
 END_TEST
 
+static enum spc_status verify_status(struct spc_error *err)
+{
+    struct spc_reader *r = NULL;
+    a.size = reseal(a.bytes, a.size, ALL);
+    *err = (struct spc_error){0};
+    ck_assert_int_eq(spc_reader_open_memory(a.bytes, a.size, &r, err), SPC_OK);
+    const enum spc_status status = spc_verify(r, 3, NULL, NULL, err);
+    spc_reader_close(r);
+    return status;
+}
+
+/* Exponents that take vertices to infinity, or all edges to 0 x infinity. */
+START_TEST(exponents_beyond_the_doubles_are_found)
+{
+    static const int exponents[] = {SPC_EXP_MIN, -1074, -1023, -500, 500, SPC_EXP_MAX};
+    for (uint32_t seed = 0; seed < FUZZ_SEEDS; seed++)
+        for (size_t i = 0; i < sizeof exponents / sizeof *exponents; i++)
+            for (int both = 0; both < 3; both++) {
+                struct spc_error err;
+                begin(seed);
+                if (both != 1)
+                    store_u32(a.bytes + HD_UNIT_EXP, (uint32_t)exponents[i]);
+                if (both != 0)
+                    store_u32(a.bytes + HD_VERTEX_EXP, (uint32_t)exponents[i]);
+                const bool hybrid = load_u32(a.bytes + HD_FLAGS) & SPC_FLAG_TRIANGLES;
+                if (hybrid || both != 1)
+                    ck_assert_int_eq(verify_status(&err), SPC_CORRUPT);
+            }
+}
+END_TEST
+
 static void finish(void)
 {
     free(a.bytes);
@@ -116,5 +147,6 @@ static void finish(void)
 int main(void)
 {
     return SUITE("hostile", case_start, finish, tops_of_invalid_codes_do_not_open,
-                 nodes_at_infinity_do_not_open, counts_that_wrap_do_not_open);
+                 nodes_at_infinity_do_not_open, counts_that_wrap_do_not_open,
+                 exponents_beyond_the_doubles_are_found);
 }
