@@ -14,8 +14,7 @@
 #include <stdlib.h>
 
 enum { L3_RELATION, L3_TOPS, L3_ERRORS, L3_LINKS, L3_PILLS, L3_CONES, L3_TRIANGLES, L3_LEAVES,
-       L3_LAW,
-       L3_COUNT };
+       L3_LAW, L3_HEADER, L3_COUNT };
 static const char *const L3_NAMES[L3_COUNT] = {
     "parent relation: every node has its parent, every cluster its owner",
     "tops in the directory are the nodes they copy",
@@ -26,6 +25,7 @@ static const char *const L3_NAMES[L3_COUNT] = {
     "triangles: t is at least the longest edge, corners lie in the box of all vertices",
     "leaves are the disks of their triangles",
     "law: every path is cut exactly once at any common q",
+    "header: height, error range and box are those of the tree",
 };
 
 
@@ -34,6 +34,7 @@ struct frame {                      /* one cluster on the path from the root */
     struct spc_cluster c;
     struct spc_tree *tree;
     uint64_t *weight;               /* [node_count] sum of leaf weights below */
+    uint32_t *levels;               /* [node_count] of the tree below, the node not counted */
     double *cosine;                 /* [node_count] of the node's group cone */
     uint32_t *axis;                 /* [node_count] its axis */
     uint32_t owner;                 /* node of the parent frame */
@@ -49,6 +50,9 @@ struct verify {
     uint64_t *bins;                 /* [65536] the law */
     uint64_t leaf_index;
     bool hybrid;
+    uint32_t height;                /* what the header should say */
+    float e_min, e_max;
+    double box_min[3], box_max[3];
     double scale[2];                /* their product takes file units to units */
     double axes[SPC_NORMAL_CLUSTERS_MAX][3];
 };
@@ -110,6 +114,10 @@ static void check_node(struct verify *v, uint32_t depth, uint32_t node)
     const struct spc_node *n = &f->tree->nodes[node];
     const struct spc_node *p = parent_of(v, depth, node);
     const bool leaf = node >= f->tree->inner_count;
+    if (!leaf) {
+        v->e_min = fminf(v->e_min, spc_len_decode(n->e_self));
+        v->e_max = fmaxf(v->e_max, spc_len_decode(n->e_self));
+    }
     if (!leaf && !(v->r->header.flags & SPC_FLAG_ERROR_PAPER) &&
         (double)spc_len_decode(n->e_self) < n->height)
         fault(v, L3_ERRORS, f, node, "e_self is below H");
@@ -212,6 +220,15 @@ static double longest_edge(const struct verify *v, const struct triangle *t)
                      distance(v, t->corner[2], t->corner[0])));
 }
 
+static void widen_box(struct verify *v, const struct triangle *t)
+{
+    for (int i = 0; i < 9; i++) {
+        const int a = i % 3;
+        v->box_min[a] = fmin(v->box_min[a], t->corner[i / 3][a]);
+        v->box_max[a] = fmax(v->box_max[a], t->corner[i / 3][a]);
+    }
+}
+
 /* A finite box, so what lies in it is finite too, and every later comparison says something. */
 static bool in_box(const struct verify *v, const struct triangle *t)
 {
@@ -222,6 +239,18 @@ static bool in_box(const struct verify *v, const struct triangle *t)
             return false;
     }
     return true;
+}
+
+static bool every_vertex_used(const struct spc_block *b, const uint8_t *indices)
+{
+    uint64_t used[(SPC_BLOCK_VERTICES_MAX + 63) / 64] = {0};
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < 3 * b->node_count; i++) {
+        const uint32_t v = load_u16(indices + 2 * i);
+        count += !(used[v / 64] >> v % 64 & 1);
+        used[v / 64] |= (uint64_t)1 << v % 64;
+    }
+    return count == b->vertex_count;
 }
 
 static enum spc_status check_triangles(struct verify *v, struct spc_error *err)
@@ -240,6 +269,8 @@ static enum spc_status check_triangles(struct verify *v, struct spc_error *err)
             return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a block");
         enum spc_status status =
             spc_block_decode(v->r, f->c.block_first + k, false, payload, err);
+        if (status == SPC_OK && !every_vertex_used(&b, payload + l.indices))
+            fault(v, L3_TRIANGLES, f, node, "a block holds a vertex that none of its triangles uses");
         for (uint32_t i = 0; i < b.node_count && status == SPC_OK; i++, node++) {
             struct triangle t;
             load_triangle(v, &b, &l, payload, i, &t);
@@ -251,6 +282,7 @@ static enum spc_status check_triangles(struct verify *v, struct spc_error *err)
                 fault(v, L3_TRIANGLES, f, node, "t is below the longest edge");
             if (!is_disk_of(v, &b, payload + l.nodes + (size_t)ND_SIZE * i, &t))
                 fault(v, L3_LEAVES, f, node, "a leaf is not the disk of its triangle");
+            widen_box(v, &t);
             check_above(v, &t, node);
         }
         free(payload);
@@ -294,6 +326,7 @@ static void frame_release(struct frame *f)
 {
     spc_tree_free(f->tree);
     free(f->weight);
+    free(f->levels);
     free(f->cosine);
     free(f->axis);
     *f = (struct frame){0};
@@ -346,9 +379,10 @@ static enum spc_status enter(struct verify *v, uint32_t id, uint32_t owner, stru
         return spc_fail(err, status, error.at_off, "%s", error.what);
     v->depth++;
     f->weight = calloc(f->tree->node_count, sizeof *f->weight);
+    f->levels = calloc(f->tree->node_count, sizeof *f->levels);
     f->cosine = calloc(f->tree->node_count, sizeof *f->cosine);
     f->axis = calloc(f->tree->node_count, sizeof *f->axis);
-    if (f->weight == NULL || f->cosine == NULL || f->axis == NULL)
+    if (f->weight == NULL || f->levels == NULL || f->cosine == NULL || f->axis == NULL)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to verify cluster %u", id);
     double d2 = 0;
     for (int a = 0; a < 3; a++) {
@@ -365,12 +399,13 @@ static enum spc_status enter(struct verify *v, uint32_t id, uint32_t owner, stru
     return v->hybrid ? check_triangles(v, err) : SPC_OK;
 }
 
-/* Weights of a finished cluster, bottom-up, into the law's bins and the owner above. */
+/* Weights and levels of a finished cluster, bottom-up, into the law's bins and the owner above. */
 static void leave(struct verify *v)
 {
     struct frame *f = &v->frames[v->depth - 1];
     const struct spc_tree *t = f->tree;
     uint64_t tops = 0;
+    uint32_t levels = 0;
     for (uint32_t i = t->node_count; i-- > 0;) {
         const uint32_t node = t->order[i];
         const struct spc_node *n = &t->nodes[node];
@@ -380,13 +415,20 @@ static void leave(struct verify *v)
         const uint64_t w = f->weight[node];
         v->bins[leaf ? SPC_LEN_ZERO : n->e_self] += w;  /* a triangle's 0 and t cancel the leaf's t */
         v->bins[n->e_parent] -= w;
-        if (t->parent[node] == SPC_PARENT_OWNER)
+        const bool top = t->parent[node] == SPC_PARENT_OWNER;
+        uint32_t *above = top ? &levels : &f->levels[t->parent[node]];
+        *above = f->levels[node] + 1 > *above ? f->levels[node] + 1 : *above;
+        if (top)
             tops += w;
         else
             f->weight[t->parent[node]] += w;
     }
-    if (v->depth > 1)
+    if (v->depth > 1) {
         v->frames[v->depth - 2].weight[f->owner] = tops;
+        v->frames[v->depth - 2].levels[f->owner] = levels;
+    } else {
+        v->height = levels;
+    }
     frame_release(f);
     v->depth--;
 }
@@ -424,12 +466,29 @@ static void check_law(struct verify *v)
         spc_check_fault(&v->checks[L3_LAW], SPC_CORRUPT, SPC_NO_OFF, "paths are lost");
 }
 
+static void check_header(struct verify *v)
+{
+    const struct spc_header *h = &v->r->header;
+    const bool inner = h->node_count > h->leaf_count;
+    struct spc_check *check = &v->checks[L3_HEADER];
+    if (h->height != v->height)
+        spc_check_fault(check, SPC_CORRUPT, HD_HEIGHT, "the tree has another height");
+    if (h->e_min != (inner ? v->e_min : 0) || h->e_max != v->e_max)
+        spc_check_fault(check, SPC_CORRUPT, HD_E_MIN, "the errors of inner nodes span another range");
+    for (int a = 0; a < 3 && v->hybrid; a++)
+        if (h->box_min[a] != v->box_min[a] || h->box_max[a] != v->box_max[a])
+            spc_check_fault(check, SPC_CORRUPT, HD_BOX, "the vertices span another box");
+}
+
 enum spc_status spc_verify_tree(const struct spc_reader *reader, spc_finding_fn fn, void *ctx,
                                 struct spc_error *total, struct spc_error *err)
 {
     struct spc_check checks[L3_COUNT];
     struct verify v = {.r = reader, .checks = checks,
-                       .hybrid = (reader->header.flags & SPC_FLAG_TRIANGLES) != 0};
+                       .hybrid = (reader->header.flags & SPC_FLAG_TRIANGLES) != 0,
+                       .e_min = HUGE_VALF,
+                       .box_min = {HUGE_VAL, HUGE_VAL, HUGE_VAL},
+                       .box_max = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
     for (int i = 0; i < L3_COUNT; i++) {
         spc_check_begin(&checks[i], fn, ctx, L3_NAMES[i]);
         checks[i].total = total;
@@ -445,8 +504,10 @@ enum spc_status spc_verify_tree(const struct spc_reader *reader, spc_finding_fn 
         status = spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to verify");
     if (status == SPC_OK)
         status = walk(&v, err);
-    if (status == SPC_OK)
+    if (status == SPC_OK) {
         check_law(&v);
+        check_header(&v);
+    }
     if (total->status != SPC_OK)
         status = SPC_OK;            /* a broken archive is a finding, not a failure to verify */
     for (int i = 0; i < L3_COUNT && status == SPC_OK; i++)

@@ -137,6 +137,54 @@ START_TEST(exponents_beyond_the_doubles_are_found)
 }
 END_TEST
 
+START_TEST(a_header_that_describes_another_tree_is_found)
+{
+    struct spc_error err;
+    begin(2);
+    ck_assert_int_eq(verify_status(&err), SPC_OK);
+    store_u32(a.bytes + HD_HEIGHT, load_u32(a.bytes + HD_HEIGHT) + 1);
+    ck_assert_int_eq(verify_status(&err), SPC_CORRUPT);
+    ck_assert_str_eq(err.what, "the tree has another height");
+    begin(2);
+    store_f32(a.bytes + HD_E_MIN, load_f32(a.bytes + HD_E_MIN) * 0.5f);
+    ck_assert_int_eq(verify_status(&err), SPC_CORRUPT);
+    ck_assert_str_eq(err.what, "the errors of inner nodes span another range");
+    begin(2);
+    store_f64(a.bytes + HD_BOX + 24, load_f64(a.bytes + HD_BOX + 24) + 1);
+    ck_assert_int_eq(verify_status(&err), SPC_CORRUPT);
+    ck_assert_str_eq(err.what, "the vertices span another box");
+    begin(2);
+    store_f64(a.bytes + HD_BOX + 24, load_f64(a.bytes + HD_BOX + 24) * 0.999);
+    ck_assert_int_eq(verify_status(&err), SPC_CORRUPT);
+    ck_assert_ptr_nonnull(strstr(err.what, "outside the box of all vertices"));
+}
+END_TEST
+
+/* The last triangle takes another's corners; what it had is left over. */
+START_TEST(a_vertex_without_a_triangle_is_found)
+{
+    for (uint32_t k = 0;; k++) {
+        struct spc_block_layout l;
+        struct spc_reader *r = NULL;
+        struct spc_block b;
+        struct spc_error err;
+        begin(2);
+        ck_assert_int_eq(spc_reader_open_memory(a.bytes, a.size, &r, NULL), SPC_OK);
+        const struct spc_header *h = spc_reader_header(r);
+        spc_reader_block(r, k, &b);
+        ck_assert(spc_block_layout(&b, h->flags, h->normal_clusters, &l));
+        spc_reader_close(r);
+        if (b.kind != SPC_BLOCK_LEAF || b.node_count < 2)
+            continue;
+        uint8_t *indices = a.bytes + b.off + CH_SIZE + l.indices;
+        memcpy(indices + 6 * (b.node_count - 1), indices, 6);
+        ck_assert_int_eq(verify_status(&err), SPC_CORRUPT);
+        ck_assert_ptr_nonnull(strstr(err.what, "a vertex that none of its triangles uses"));
+        return;
+    }
+}
+END_TEST
+
 static void finish(void)
 {
     free(a.bytes);
@@ -148,5 +196,7 @@ int main(void)
 {
     return SUITE("hostile", case_start, finish, tops_of_invalid_codes_do_not_open,
                  nodes_at_infinity_do_not_open, counts_that_wrap_do_not_open,
-                 exponents_beyond_the_doubles_are_found);
+                 exponents_beyond_the_doubles_are_found,
+                 a_header_that_describes_another_tree_is_found,
+                 a_vertex_without_a_triangle_is_found);
 }
