@@ -11,6 +11,7 @@ CFLAGS ?= -O2 -g
 CFLAGS_debug := -O0 -g
 CFLAGS_asan := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
 CFLAGS_tsan := -O1 -g -fsanitize=thread
+CFLAGS_fuzz := $(CFLAGS_asan) -fsanitize=fuzzer-no-link
 # -ffp-contract=off: stored values must not depend on whether a machine has fused operations.
 # -fno-trapping-math, -fno-math-errno: change no value, but let loops with conditions become vectors.
 FLAGS := -D_POSIX_C_SOURCE=200809L -D_FILE_OFFSET_BITS=64 -ffp-contract=off -fno-trapping-math -fno-math-errno -pthread -MMD -MP \
@@ -37,7 +38,7 @@ BINARIES := $(addprefix $(B)/,$(subst _,-,$(TOOLS))) $(B)/gen-scan
 Q := $(if $(V),,@)
 say := @echo "  "
 
-.PHONY: all demo check tests asan tsan bench deps deps-check format tidy layers install clean help
+.PHONY: all demo check tests fuzz fuzzers asan tsan bench deps deps-check format tidy layers install clean help
 .SECONDARY:                     # keep objects
 all: $(BINARIES)                ## the tools, into build/release/
 
@@ -77,7 +78,7 @@ deps: ; @scripts/install_deps build
 deps-check: ; @scripts/install_deps build test $(if $(filter 1,$(MESH)),mesh)
 
 # One program a test file; helpers of tests are tests/*.c without the prefix.
-TEST_HELPERS := $(call obj,$(filter-out tests/test_%,$(wildcard tests/*.c tests/fuzz/*.c)))
+TEST_HELPERS := $(call obj,$(filter-out tests/test_% %/fuzz_entry.c %/fuzz_corpus.c,$(wildcard tests/*.c tests/fuzz/*.c)))
 tests: $(addprefix $(B)/tests/,$(TESTS))
 $(B)/libtest.a: $(TEST_HELPERS)
 $(B)/tests/test_%: $(call obj,tests/test_%.c) $(B)/libtest.a $(B)/libspv.a $(B)/libspb.a $(B)/libspc.a
@@ -85,6 +86,16 @@ $(B)/tests/test_%: $(call obj,tests/test_%.c) $(B)/libtest.a $(B)/libspv.a $(B)/
 	$(LINK) $(LIBS_test) $(LIBS_viewer) $(LIBS_build) $(LIBS_cmd)
 $(B)/tests/test_mesh_shim: $(call obj,libbuild/mesh_shim.cpp)
 $(B)/tests/test_mesh_shim: LIBS_test += -lOpenMeshCore -lstdc++
+
+# The same targets as in tests/test_fuzz_replay.c, driven by libFuzzer of clang.
+FUZZERS := $(addprefix $(B)/,fuzz_open fuzz_decode fuzz_verify)
+FUZZ_SECONDS ?= 60
+fuzzers: $(FUZZERS) $(B)/fuzz_corpus
+$(FUZZERS): $(B)/fuzz_%: tests/fuzz/fuzz_entry.c $(B)/libtest.a $(B)/libspc.a Makefile
+	$(say) LINK $@ && $(CC) $(ALL_CFLAGS) -fsanitize=fuzzer -DFUZZ_TARGET=fuzz_$* $(filter %.c %.a,$^) -o $@ $(LIBS_format)
+$(B)/fuzz_corpus: $(call obj,tests/fuzz/fuzz_corpus.c) $(B)/libtest.a $(B)/libspb.a $(B)/libspc.a
+	$(LINK) $(LIBS_test) $(LIBS_build)
+fuzz: ; @scripts/install_deps build test fuzz && $(MAKE) CONFIG=fuzz CC=clang fuzzers && scripts/fuzz build/fuzz $(FUZZ_SECONDS)  ## put random archives into the reader, FUZZ_SECONDS=60 a target; needs clang
 
 asan: ; $(MAKE) CONFIG=asan CK_FORK=no check                     ## check under address and undefined behaviour sanitizers
 tsan: ; $(MAKE) CONFIG=tsan check                     ## check under the thread sanitizer
