@@ -159,7 +159,7 @@ END_TEST
 START_TEST(random_changes_pass_every_target)
 {
     const char *count = getenv("FUZZ_REPLAYS");
-    const uint64_t total = count ? strtoull(count, NULL, 10) : 8000;
+    const uint64_t total = count ? strtoull(count, NULL, 10) : 6000;
     uint64_t opened = 0;
     for (uint32_t k = 0; k < FUZZ_SEEDS; k++) {
         size_t size = 0;
