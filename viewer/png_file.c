@@ -4,6 +4,7 @@
 #include <png.h>
 #include <setjmp.h>
 #include <stdio.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 /* Everything between setjmp and longjmp, without locals that change in between. */
@@ -32,6 +33,13 @@ static void on_error(png_structp png, png_const_charp text)
     longjmp(png_jmpbuf(png), 1);
 }
 
+/* A half-written picture must not pass for one; devices and pipes are not ours to remove. */
+static bool is_plain(FILE *file)
+{
+    struct stat st;
+    return fstat(fileno(file), &st) == 0 && S_ISREG(st.st_mode);
+}
+
 enum spc_status spv_png_write(const char *path, const uint8_t *rgba, int width, int height,
                               bool alpha, struct spc_error *err)
 {
@@ -39,6 +47,7 @@ enum spc_status spv_png_write(const char *path, const uint8_t *rgba, int width, 
     if (file == NULL)
         return spc_fail_os(err, errno, "cannot create the picture");
     enum spc_status status = SPC_OK;
+    const bool plain = is_plain(file);
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, on_error, NULL);
     png_infop info = png ? png_create_info_struct(png) : NULL;
     errno = 0;
@@ -49,7 +58,7 @@ enum spc_status spv_png_write(const char *path, const uint8_t *rgba, int width, 
     png_destroy_write_struct(&png, &info);
     if (fclose(file) != 0 && status == SPC_OK)
         status = spc_fail_os(err, errno, "cannot write the picture");
-    if (status != SPC_OK)
+    if (status != SPC_OK && plain)
         unlink(path);
     return status;
 }

@@ -55,9 +55,18 @@ expect 1 "spc-render: '.*/no/d.png': cannot create the picture.*" "$tools/spc-re
 "$tools/spc-build" -q --no-triangles "$folder/scan.ply" -o "$folder/points.spc"
 expect 0 '' "$tools/spc-render" "$folder/points.spc" -o "$folder/d.png" --size 50x50
 expect 1 ".*points only.*" "$tools/spc-render" "$folder/points.spc" -o "$folder/e.png" --mode triangles
-if [ -e /dev/full ]; then
-    expect 1 ".*cannot write the picture.*No space.*" "$tools/spc-render" "$folder/a.spc" -o /dev/full --size 300x300
+if [ -e /dev/full ]; then # through a link: were it removed, the device would stay
+    ln -s /dev/full "$folder/full.png"
+    expect 1 ".*cannot write the picture.*No space.*" "$tools/spc-render" "$folder/a.spc" -o "$folder/full.png" --size 300x300
+    [ -h "$folder/full.png" ] || fail "what is no plain file was removed"
 fi
+mkfifo "$folder/pipe.png" # its reader goes away before the picture is written
+(exec 3<"$folder/pipe.png"; head -c 8 <&3 >/dev/null) &
+got=0
+(trap '' PIPE; exec "$tools/spc-render" "$folder/a.spc" -o "$folder/pipe.png" --size 1000x1000 --background none) 2>"$folder/err" || got=$?
+wait
+[ $got -eq 1 ] || fail "a broken pipe gives exit $got: $(cat "$folder/err")"
+[ -p "$folder/pipe.png" ] || fail "a pipe was removed"
 
 # usage
 expect 2 '.*--eps takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --eps 0
