@@ -76,13 +76,12 @@ static const char GLSL_SPLAT_VS[] =
     "    float z0 = c.z - half_box.z, z1 = c.z + half_box.z;\n"
     "    if (z1 <= u_near) { reject(); return; }\n"
     "    vec2 lo = c.xy - half_box.xy, hi = c.xy + half_box.xy;\n"
-    "    vec2 px_lo, px_hi;\n"
     "    bool crosses = z0 <= u_near;\n"
-    "    if (crosses) {\n"          /* its projection has no bounds: every pixel is asked */
-    "        px_lo = vec2(0.0); px_hi = u_size;\n"
-    "    } else {\n"
-    "        px_lo = u_center + u_focal * min(lo / z0, lo / z1);\n"
-    "        px_hi = u_center + u_focal * max(hi / z0, hi / z1);\n"
+    "    z0 = max(z0, u_near);\n"          /* only what lies before the eye has a projection */
+    "    vec2 px_lo = u_center + u_focal * min(lo / z0, lo / z1);\n"
+    "    vec2 px_hi = u_center + u_focal * max(hi / z0, hi / z1);\n"
+    "    if (any(greaterThan(px_lo, u_size + 1.0)) || any(lessThan(px_hi, vec2(-1.0)))) {\n"
+    "        reject(); return;\n"
     "    }\n"
     "    vec2 extent = px_hi - px_lo;\n"
     "    float size = max(extent.x, extent.y) + 1.0 / 16.0;\n"     /* and the grid points snap to */

@@ -75,3 +75,15 @@ expect 2 '.*--fov takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png
 expect 2 '.*--eye and --target.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --eye 1,1,1
 expect 2 '.*looks along.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --eye 0,1,0 --target 0,0,0
 [ ! -e "$folder/e.png" ] || fail "a picture in spite of wrong usage"
+
+# splats that cross the eye's plane outside of the picture cost little: points from inside a model
+"$tools/gen-scan" --triangles 200000 --shape statue -o "$folder/scan.ply" 2>/dev/null
+"$tools/spc-build" -q --force "$folder/scan.ply" -o "$folder/a.spc"
+frame_ms() {
+    expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/b.png" --stats "$folder/a.json" \
+        --eye 0,0,1 --target 1,0,1.2 --up 0,0,1 --mode "$1"
+    sed -n 's/.*"frame_ms": \([0-9]*\).*/\1/p' "$folder/a.json"
+}
+points=$(frame_ms points)
+triangles=$(frame_ms hybrid)
+[ "$points" -lt $((10 * triangles + 500)) ] || fail "points take $points ms from inside, triangles $triangles"
