@@ -35,7 +35,7 @@ struct build {
     struct spb_plan plan;
     struct spb_spool *spool;
     struct spb_pack_shared shared;
-    struct spb_part_tree *part_trees;
+    struct spb_top top;
     struct spc_writer *writer;
     uint32_t root, height;
     unsigned threads;
@@ -87,6 +87,9 @@ enum { BYTES_A_FACE = 400, PART_FACES_MIN = 4096, PART_FACES_EVEN = 65536 };
 
 static void choose_part_size(struct build *b)
 {
+    const uint64_t most = b->options->memory / ((uint64_t)BYTES_A_FACE * PART_FACES_MIN);
+    if (b->threads > most)          /* even the smallest parts must fit, one a thread */
+        b->threads = most > 0 ? (unsigned)most : 1;
     const uint64_t faces = spb_source_info(b->source)->strips ? b->vertices.count * 2
                                                               : b->report->faces;
     uint64_t even = faces / (4 * (uint64_t)b->threads);
@@ -99,6 +102,12 @@ static void choose_part_size(struct build *b)
         b->part_faces = PART_FACES_MIN;
     if (b->options->part_faces > 0)
         b->part_faces = b->options->part_faces;
+}
+
+/* Distributing and building parts take turns; the rest is the lists of extents and of buckets. */
+static uint64_t buffer_memory(const struct build *b)
+{
+    return b->options->memory / 8 * 5;
 }
 
 /* A part should be some four cells wide; a surface of n parts is about sqrt(n) parts wide. */
@@ -128,7 +137,7 @@ static enum spc_status read_faces(struct build *b, const char *temp, struct spc_
     enum spc_status status = spb_tmpfile_create(temp, &b->faces_file, err);
     if (status == SPC_OK)
         status = spb_distributor_init(&b->distributor, b->faces_file, &format, min, max,
-                                      cells_log2(b), err);
+                                      cells_log2(b), buffer_memory(b), err);
     b->in_scan = status == SPC_OK;
     if (status == SPC_OK)
         status = spb_faces_read(b->source, &b->vertices, &b->space, &b->distributor, &b->stats,
@@ -172,7 +181,7 @@ static uint32_t archive_flags(const struct build *b, bool colors)
 static enum spc_status build_part(void *ctx, size_t i, struct spc_error *err)
 {
     struct build *b = ctx;
-    return spb_part_build(&b->plan.parts[i], b->faces_file, &b->shared, &b->part_trees[i], err);
+    return spb_top_part(&b->top, (uint32_t)i, err);
 }
 
 static int part_done(void *ctx, size_t done)
@@ -202,7 +211,7 @@ static enum spc_status build_tree(struct build *b, const char *temp, struct spc_
     };
     b->report->header.flags = pack.flags;
     enum spc_status status =
-        spb_plan_make(&b->plan, &b->distributor, &b->space, b->part_faces, err);
+        spb_plan_make(&b->plan, &b->distributor, &b->space, b->part_faces, buffer_memory(b), err);
     if (status == SPC_OK)
         status = spb_tmpfile_create(temp, &b->spool_file, err);
     if (status == SPC_OK)
@@ -212,12 +221,12 @@ static enum spc_status build_tree(struct build *b, const char *temp, struct spc_
     if (status != SPC_OK)
         return status;
     b->report->parts = b->plan.part_count;
-    b->part_trees = calloc(b->plan.part_count, sizeof *b->part_trees);
-    if (b->part_trees == NULL)
-        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the parts");
+    status = spb_top_init(&b->top, &b->plan, b->faces_file, &b->shared, err);
+    if (status != SPC_OK)
+        return status;
     status = spb_pool_run(b->plan.part_count, b->threads, build_part, part_done, b, err);
     if (status == SPC_OK)
-        status = spb_top_build(&b->plan, b->part_trees, &b->shared, &b->root, &b->height, err);
+        status = spb_top_finish(&b->top, &b->root, &b->height, err);
     return status;
 }
 
@@ -285,9 +294,7 @@ static char *folder_of(const char *path)
 
 static void release(struct build *b)
 {
-    for (uint32_t i = 0; b->part_trees != NULL && i < b->plan.part_count; i++)
-        spb_part_tree_release(&b->part_trees[i]);
-    free(b->part_trees);
+    spb_top_release(&b->top);
     for (uint32_t i = 0; i < b->distributor.bucket_count; i++)
         spb_bucket_free(b->distributor.buckets[i]);
     spb_distributor_release(&b->distributor);

@@ -4,17 +4,33 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BUFFER_BYTES = 8192 };       /* a 64^3 grid over a surface has some 10^4 buckets: 80 MB */
+enum { BUFFER_BYTES = 8192 };
 
 uint32_t spb_extent_records(uint32_t record_bytes)
 {
     return BUFFER_BYTES / record_bytes;
 }
 
+/*
+ * A grid of 2^n cells along the longest side touches up to 2^n + 1 an axis. A surface fills a
+ * tenth of them, but loose triangles may fill all: with 64^3 cells 2.2 GB of buffers.
+ */
+static int cells_within(int cells_log2, uint64_t memory)
+{
+    for (; cells_log2 > 0; cells_log2--) {
+        const uint64_t side = ((uint64_t)1 << cells_log2) + 1;
+        if (side * side * side * BUFFER_BYTES <= memory)
+            break;
+    }
+    return cells_log2;
+}
+
 enum spc_status spb_distributor_init(struct spb_distributor *d, struct spb_tmpfile *file,
                                      const struct spb_record_format *format, const double min[3],
-                                     const double max[3], int cells_log2, struct spc_error *err)
+                                     const double max[3], int cells_log2, uint64_t memory,
+                                     struct spc_error *err)
 {
+    cells_log2 = cells_within(cells_log2, memory);
     *d = (struct spb_distributor){.file = file, .format = *format, .dim = {1, 1, 1}};
     d->buffer_records = spb_extent_records(format->bytes);
     double side = 0;

@@ -35,12 +35,14 @@ struct spb_distributor {
 
 /*
  * A grid over keys in [min, max]: cells of 2^-cells_log2 of the longest side or a little larger;
- * 0 puts everything into one bucket. cells_log2 <= SPB_CELLS_LOG2_MAX. fails SPC_NO_MEMORY
+ * 0 puts everything into one bucket. cells_log2 <= SPB_CELLS_LOG2_MAX; cells are larger where
+ * the buffers of all of them would take more than memory bytes. fails SPC_NO_MEMORY
  */
 enum { SPB_CELLS_LOG2_MAX = 6 };
 enum spc_status spb_distributor_init(struct spb_distributor *d, struct spb_tmpfile *file,
                                      const struct spb_record_format *format, const double min[3],
-                                     const double max[3], int cells_log2, struct spc_error *err);
+                                     const double max[3], int cells_log2, uint64_t memory,
+                                     struct spc_error *err);
 
 /* Appends one record. fails SPC_IO, SPC_NO_MEMORY */
 enum spc_status spb_distributor_add(struct spb_distributor *d, const double key[3],

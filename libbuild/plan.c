@@ -18,6 +18,7 @@ struct planner {
     struct spb_record_format format;
     const struct spb_space *space;
     uint64_t part_faces;
+    uint64_t memory;                /* for the buffers of a finer grid */
 };
 
 static enum spc_status no_memory(struct spc_error *err)
@@ -110,7 +111,7 @@ static enum spc_status distribute_again(struct planner *p, struct set *s, struct
     struct spb_distributor d;
     struct set finer = {0};
     enum spc_status status = spb_distributor_init(&d, p->file, &p->format, s->min, s->max,
-                                                  SPB_CELLS_LOG2_MAX, err);
+                                                  SPB_CELLS_LOG2_MAX, p->memory, err);
     if (status == SPC_OK)
         status = copy_records(p, s, &d, err);
     if (status == SPC_OK)
@@ -204,8 +205,8 @@ static enum spc_status add_node(struct spb_plan *plan, uint32_t *index, struct s
     return SPC_OK;
 }
 
-static enum spc_status add_part(struct spb_plan *plan, struct set *s, uint32_t level,
-                                uint32_t *index, struct spc_error *err)
+static enum spc_status add_part(struct spb_plan *plan, struct set *s, uint32_t node,
+                                struct spc_error *err)
 {
     if (plan->part_count == plan->part_max) {
         const uint32_t grown = plan->part_max ? 2 * plan->part_max : 64;
@@ -215,8 +216,8 @@ static enum spc_status add_part(struct spb_plan *plan, struct set *s, uint32_t l
         plan->parts = parts;
         plan->part_max = grown;
     }
-    *index = plan->part_count++;
-    plan->parts[*index] = (struct spb_part){s->pieces, s->piece_count, s->count, level};
+    plan->nodes[node].part = plan->part_count;
+    plan->parts[plan->part_count++] = (struct spb_part){s->pieces, s->piece_count, s->count, node};
     s->pieces = NULL;
     return SPC_OK;
 }
@@ -228,19 +229,15 @@ enum { PART_MIN = 2 * SPB_FAMILY_MAX };
  * Node index stands for s. Recursion is as deep as the key lattice has bits, some hundred levels,
  * whatever the data: every plane takes a quarter off the longest side.
  */
-static enum spc_status plan_set(struct planner *p, struct set *s, uint32_t index, uint32_t level,
+static enum spc_status plan_set(struct planner *p, struct set *s, uint32_t index,
                                 struct spc_error *err)
 {
     struct set halves[2] = {{0}, {0}};
     struct set quarters[4] = {{0}, {0}, {0}, {0}};
     int n = 0;
     enum spc_status status;
-    if (s->count <= p->part_faces) {
-        uint32_t part = 0;
-        status = add_part(p->plan, s, level, &part, err);
-        p->plan->nodes[index].part = part;
-        return status;
-    }
+    if (s->count <= p->part_faces)
+        return add_part(p->plan, s, index, err);
     status = halve(p, s, halves, err);
     for (int h = 0; h < 2 && status == SPC_OK; h++) {
         if (halves[h].count <= SPB_FAMILY_MAX) {
@@ -260,7 +257,7 @@ static enum spc_status plan_set(struct planner *p, struct set *s, uint32_t index
         }
     }
     for (int q = 0; q < n && status == SPC_OK; q++)
-        status = plan_set(p, &quarters[q], p->plan->nodes[index].child[q], level + 1, err);
+        status = plan_set(p, &quarters[q], p->plan->nodes[index].child[q], err);
     for (int q = 0; q < 4; q++)
         free(quarters[q].pieces);
     free(halves[0].pieces);
@@ -270,10 +267,10 @@ static enum spc_status plan_set(struct planner *p, struct set *s, uint32_t index
 
 enum spc_status spb_plan_make(struct spb_plan *plan, struct spb_distributor *distributor,
                               const struct spb_space *space, uint64_t part_faces,
-                              struct spc_error *err)
+                              uint64_t memory, struct spc_error *err)
 {
     struct planner p = {plan, distributor->file, distributor->format, space,
-                        part_faces < PART_MIN ? PART_MIN : part_faces};
+                        part_faces < PART_MIN ? PART_MIN : part_faces, memory};
     struct set all = {0};
     uint32_t root = 0;
     *plan = (struct spb_plan){0};
@@ -286,7 +283,7 @@ enum spc_status spb_plan_make(struct spb_plan *plan, struct spb_distributor *dis
     if (status == SPC_OK)
         status = add_node(plan, &root, err);
     if (status == SPC_OK)
-        status = plan_set(&p, &all, root, 0, err);
+        status = plan_set(&p, &all, root, err);
     free(all.pieces);
     if (status != SPC_OK)
         spb_plan_release(plan);

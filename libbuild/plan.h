@@ -19,7 +19,7 @@ struct spb_part {
     struct spb_piece *pieces;
     uint32_t piece_count;
     uint64_t count;                 /* records */
-    uint32_t level;                 /* of its root in the tree */
+    uint32_t node;                  /* plan node it is */
 };
 
 struct spb_plan_node {              /* inner node above the parts, or a part */
@@ -39,12 +39,12 @@ struct spb_plan {
 
 /*
  * Plans the flushed distributor's buckets (taken over, also on failure) into parts of at most
- * part_faces records.
+ * part_faces records. memory: bytes that distributing again may take for buffers.
  * fails  SPC_NO_MEMORY, SPC_IO
  */
 enum spc_status spb_plan_make(struct spb_plan *plan, struct spb_distributor *distributor,
                               const struct spb_space *space, uint64_t part_faces,
-                              struct spc_error *err);
+                              uint64_t memory, struct spc_error *err);
 void spb_plan_release(struct spb_plan *plan);
 
 /* Reads a part's records: records[part->count * record_bytes], input order within equal keys. */

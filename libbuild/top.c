@@ -1,13 +1,29 @@
 #include "top.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
-void spb_part_tree_release(struct spb_part_tree *part)
+/* What a built plan node leaves: itself and the pending nodes below it, with their leaves' records. */
+struct tree {
+    struct spb_node *nodes;         /* node 0 is the root; children after their parent */
+    uint32_t node_count;
+    uint8_t *records;               /* of the leaves among them; nodes' link counts here */
+    uint32_t record_count;
+    uint32_t height;                /* levels, closed clusters included */
+};
+
+struct spb_subtree {
+    struct tree tree;
+    uint32_t parent;                /* plan node; SPC_NONE for the root */
+    atomic_uint missing;            /* children that are not built */
+};
+
+static void tree_release(struct tree *tree)
 {
-    free(part->nodes);
-    free(part->records);
-    *part = (struct spb_part_tree){0};
+    free(tree->nodes);
+    free(tree->records);
+    *tree = (struct tree){0};
 }
 
 static enum spc_status no_memory(struct spc_error *err)
@@ -52,7 +68,7 @@ static enum spc_status split_part(const struct spb_part *part,
 
 /* The pending part of a tree, renumbered; closed subtrees end at their owners. */
 static enum spc_status keep_pending(const struct spb_pack_tree *tree, uint32_t record_bytes,
-                                    struct spb_part_tree *out, struct spc_error *err)
+                                    struct tree *out, struct spc_error *err)
 {
     const uint32_t max = tree->nodes[0].pending + 1;
     uint32_t leaves = 0;
@@ -72,6 +88,7 @@ static enum spc_status keep_pending(const struct spb_pack_tree *tree, uint32_t r
         out->node_count += n->child_count;
     }
     out->records = malloc((size_t)leaves * record_bytes + 1);
+    out->record_count = leaves;
     if (out->records == NULL)
         return no_memory(err);
     uint32_t leaf = 0;
@@ -86,13 +103,13 @@ static enum spc_status keep_pending(const struct spb_pack_tree *tree, uint32_t r
     return SPC_OK;
 }
 
-enum spc_status spb_part_build(const struct spb_part *part, struct spb_tmpfile *file,
-                               const struct spb_pack_shared *shared, struct spb_part_tree *out,
-                               struct spc_error *err)
+static enum spc_status build_part(const struct spb_part *part, struct spb_tmpfile *file,
+                                  const struct spb_pack_shared *shared, struct tree *out,
+                                  struct spc_error *err)
 {
     const uint32_t bytes = shared->format.bytes;
     struct spb_tree tree = {0};
-    *out = (struct spb_part_tree){0};
+    *out = (struct tree){0};
     if (part->count >= (uint64_t)1 << 31)
         return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "a part is too large to build in memory");
     uint8_t *records = malloc((size_t)part->count * bytes);
@@ -117,7 +134,7 @@ enum spc_status spb_part_build(const struct spb_part *part, struct spb_tmpfile *
         status = keep_pending(&pack, bytes, out, err);
     out->height = tree.height;
     if (status != SPC_OK)
-        spb_part_tree_release(out);
+        tree_release(out);
     free(tree.nodes);
     free(records);
     return status;
@@ -125,109 +142,112 @@ enum spc_status spb_part_build(const struct spb_part *part, struct spb_tmpfile *
 
 /* ---- above the parts --------------------------------------------------------------------------- */
 
-struct origin {                     /* where a node of the joined tree comes from */
-    uint32_t plan;                  /* plan node, while part is SPC_NONE */
-    uint32_t part, node;
-};
-
-struct joined {
-    struct spb_node *nodes;
-    struct origin *origins;
-    bool *planned;                  /* above the parts: to be combined */
-    uint32_t count;
-    uint8_t *records;
-    uint32_t record_count;
-};
-
-static enum spc_status reserve_joined(const struct spb_plan *plan,
-                                      const struct spb_part_tree *parts, uint32_t record_bytes,
-                                      struct joined *j, struct spc_error *err)
+/* A tree's nodes but its root, which is root_at already, to the end of out; its records, too. */
+static void append(const struct tree *tree, uint32_t record_bytes, uint32_t root_at,
+                   struct tree *out)
 {
-    uint64_t nodes = plan->node_count, leaves = 0;
-    for (uint32_t i = 0; i < plan->part_count; i++) {
-        nodes += parts[i].node_count;
-        for (uint32_t k = 0; k < parts[i].node_count; k++)
-            leaves += parts[i].nodes[k].child_count == 0;
+    const uint32_t base = out->node_count;
+    for (uint32_t i = 0; i < tree->node_count; i++) {
+        struct spb_node *n = &out->nodes[i == 0 ? root_at : base + i - 1];
+        *n = tree->nodes[i];
+        if (n->child_count == 0)
+            n->link += out->record_count;
+        else if (!n->owner)
+            n->child_first = base + n->child_first - 1;
+    }
+    memcpy(out->records + (size_t)out->record_count * record_bytes, tree->records,
+           (size_t)tree->record_count * record_bytes);
+    out->node_count += tree->node_count - 1;
+    out->record_count += tree->record_count;
+    out->height = tree->height + 1 > out->height ? tree->height + 1 : out->height;
+}
+
+/* The children's trees under a new root. They are freed. */
+static enum spc_status join(struct spb_top *top, const struct spb_plan_node *plan,
+                            struct tree *out, struct spc_error *err)
+{
+    const uint32_t bytes = top->shared->format.bytes;
+    uint64_t nodes = 1, records = 0;
+    for (uint32_t k = 0; k < plan->child_count; k++) {
+        nodes += top->subtrees[plan->child[k]].tree.node_count;
+        records += top->subtrees[plan->child[k]].tree.record_count;
     }
     if (nodes >= UINT32_MAX)
         return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "too many nodes above the parts");
-    j->nodes = malloc((size_t)nodes * sizeof *j->nodes);
-    j->origins = malloc((size_t)nodes * sizeof *j->origins);
-    j->planned = calloc((size_t)nodes, sizeof *j->planned);
-    j->records = malloc((size_t)leaves * record_bytes + 1);
-    return j->nodes && j->origins && j->planned && j->records ? SPC_OK : no_memory(err);
-}
-
-static struct origin origin_of_plan(const struct spb_plan *plan, uint32_t node)
-{
-    if (plan->nodes[node].child_count == 0)
-        return (struct origin){node, plan->nodes[node].part, 0};
-    return (struct origin){node, SPC_NONE, 0};
-}
-
-/* Breadth first, so that children are adjacent and behind their parent. */
-static void join(const struct spb_plan *plan, const struct spb_part_tree *parts,
-                 uint32_t record_bytes, struct joined *j)
-{
-    j->origins[0] = origin_of_plan(plan, 0);
-    j->count = 1;
-    for (uint32_t i = 0; i < j->count; i++) {
-        const struct origin o = j->origins[i];
-        struct spb_node *n = &j->nodes[i];
-        if (o.part == SPC_NONE) {
-            const struct spb_plan_node *p = &plan->nodes[o.plan];
-            *n = (struct spb_node){.child_first = j->count, .child_count = (uint8_t)p->child_count};
-            j->planned[i] = true;
-            for (uint32_t k = 0; k < p->child_count; k++)
-                j->origins[j->count++] = origin_of_plan(plan, p->child[k]);
-            continue;
-        }
-        const struct spb_part_tree *part = &parts[o.part];
-        *n = part->nodes[o.node];
-        if (n->child_count == 0) {
-            memcpy(j->records + (size_t)j->record_count * record_bytes,
-                   part->records + (size_t)n->link * record_bytes, record_bytes);
-            n->link = j->record_count++;
-        } else if (!n->owner) {
-            const uint32_t first = n->child_first;
-            n->child_first = j->count;
-            for (uint32_t k = 0; k < n->child_count; k++)
-                j->origins[j->count++] = (struct origin){0, o.part, first + k};
-        }
+    out->nodes = malloc((size_t)nodes * sizeof *out->nodes);
+    out->records = malloc((size_t)records * bytes + 1);
+    if (out->nodes == NULL || out->records == NULL)
+        return no_memory(err);
+    out->nodes[0] = (struct spb_node){.child_first = 1, .child_count = (uint8_t)plan->child_count};
+    out->node_count = 1 + plan->child_count;
+    for (uint32_t k = 0; k < plan->child_count; k++) {
+        struct tree *child = &top->subtrees[plan->child[k]].tree;
+        append(child, bytes, 1 + k, out);
+        tree_release(child);
     }
+    return SPC_OK;
 }
 
-static uint32_t height_of(const struct spb_plan *plan, const struct spb_part_tree *parts)
+static enum spc_status build_above(struct spb_top *top, uint32_t node, struct spc_error *err)
 {
-    uint32_t height = 0;
-    for (uint32_t i = 0; i < plan->part_count; i++) {
-        const uint32_t h = plan->parts[i].level + parts[i].height;
-        height = h > height ? h : height;
-    }
-    return height;
-}
-
-enum spc_status spb_top_build(const struct spb_plan *plan, struct spb_part_tree *parts,
-                              const struct spb_pack_shared *shared, uint32_t *root,
-                              uint32_t *height, struct spc_error *err)
-{
-    struct joined j = {0};
-    *height = height_of(plan, parts);
-    enum spc_status status = reserve_joined(plan, parts, shared->format.bytes, &j, err);
-    if (status == SPC_OK) {
-        join(plan, parts, shared->format.bytes, &j);
-        for (uint32_t i = 0; i < plan->part_count; i++)
-            spb_part_tree_release(&parts[i]);
-    }
-    const struct spb_pack_tree pack = {shared, j.nodes, j.records};
-    for (uint32_t i = j.count; i-- > 0 && status == SPC_OK;)
-        if (j.planned[i])
-            status = finish_node(&pack, i, err);
+    struct tree joined = {0};
+    struct tree *out = &top->subtrees[node].tree;
+    enum spc_status status = join(top, &top->plan->nodes[node], &joined, err);
+    const struct spb_pack_tree pack = {top->shared, joined.nodes, joined.records};
     if (status == SPC_OK)
-        status = spb_pack_close_root(&pack, root, err);
-    free(j.nodes);
-    free(j.origins);
-    free(j.planned);
-    free(j.records);
+        status = finish_node(&pack, 0, err);
+    if (status == SPC_OK)
+        status = keep_pending(&pack, top->shared->format.bytes, out, err);
+    out->height = joined.height;
+    tree_release(&joined);
     return status;
+}
+
+enum spc_status spb_top_part(struct spb_top *top, uint32_t part, struct spc_error *err)
+{
+    const struct spb_part *p = &top->plan->parts[part];
+    uint32_t node = p->node;
+    enum spc_status status =
+        build_part(p, top->file, top->shared, &top->subtrees[node].tree, err);
+    while (status == SPC_OK && top->subtrees[node].parent != SPC_NONE) {
+        node = top->subtrees[node].parent;
+        if (atomic_fetch_sub(&top->subtrees[node].missing, 1) > 1)
+            break;                  /* whoever builds the last child goes on */
+        status = build_above(top, node, err);
+    }
+    return status;
+}
+
+enum spc_status spb_top_init(struct spb_top *top, const struct spb_plan *plan,
+                             struct spb_tmpfile *file, const struct spb_pack_shared *shared,
+                             struct spc_error *err)
+{
+    *top = (struct spb_top){plan, shared, file,
+                            calloc(plan->node_count, sizeof *top->subtrees)};
+    if (top->subtrees == NULL)
+        return no_memory(err);
+    top->subtrees[0].parent = SPC_NONE;
+    for (uint32_t i = 0; i < plan->node_count; i++) {
+        atomic_init(&top->subtrees[i].missing, plan->nodes[i].child_count);
+        for (uint32_t k = 0; k < plan->nodes[i].child_count; k++)
+            top->subtrees[plan->nodes[i].child[k]].parent = i;
+    }
+    return SPC_OK;
+}
+
+void spb_top_release(struct spb_top *top)
+{
+    for (uint32_t i = 0; top->subtrees != NULL && i < top->plan->node_count; i++)
+        tree_release(&top->subtrees[i].tree);
+    free(top->subtrees);
+    *top = (struct spb_top){0};
+}
+
+enum spc_status spb_top_finish(struct spb_top *top, uint32_t *root, uint32_t *height,
+                               struct spc_error *err)
+{
+    const struct tree *tree = &top->subtrees[0].tree;
+    const struct spb_pack_tree pack = {top->shared, tree->nodes, tree->records};
+    *height = tree->height;
+    return spb_pack_close_root(&pack, root, err);
 }

@@ -1,5 +1,9 @@
 /*
  * top.h - parts into one tree: build each part, then what lies above them.
+ *
+ * A plan node is built as soon as all its children are, and clusters close as they fill. Parts are
+ * in the plan's depth-first order, so what waits in memory is the pending nodes of some siblings a
+ * level of the plan, not of all parts.
  */
 #ifndef SPB_TOP_H
 #define SPB_TOP_H
@@ -7,30 +11,33 @@
 #include "pack.h"
 #include "plan.h"
 
-/* What a built part leaves: its root and the pending nodes below it, with their leaves' records. */
-struct spb_part_tree {
-    struct spb_node *nodes;         /* node 0 is the part's root; children after their parent */
-    uint32_t node_count;
-    uint8_t *records;               /* of the leaves among them; nodes' link counts here */
-    uint32_t height;                /* levels of the whole part, closed clusters included */
+struct spb_subtree;
+
+struct spb_top {
+    const struct spb_plan *plan;
+    const struct spb_pack_shared *shared;
+    struct spb_tmpfile *file;       /* of the parts' records */
+    struct spb_subtree *subtrees;   /* [plan->node_count] built, and not yet in their parent's */
 };
-void spb_part_tree_release(struct spb_part_tree *part);
+
+/* fails  SPC_NO_MEMORY */
+enum spc_status spb_top_init(struct spb_top *top, const struct spb_plan *plan,
+                             struct spb_tmpfile *file, const struct spb_pack_shared *shared,
+                             struct spc_error *err);
+void spb_top_release(struct spb_top *top);
 
 /*
- * Builds one part: splits its faces, combines bottom-up, closes clusters into the spool.
+ * Builds one part, then all plan nodes that it completes: splits faces, combines bottom-up, closes
+ * clusters into the spool. Any thread, any order.
  * fails  SPC_NO_MEMORY, SPC_IO
  */
-enum spc_status spb_part_build(const struct spb_part *part, struct spb_tmpfile *file,
-                               const struct spb_pack_shared *shared, struct spb_part_tree *out,
-                               struct spc_error *err);
+enum spc_status spb_top_part(struct spb_top *top, uint32_t part, struct spc_error *err);
 
 /*
- * Builds the nodes above the parts by the same rules and closes the last cluster.
- * in   parts[plan->part_count], freed as they are taken
+ * When all parts are built: closes the last cluster.
  * out  *root  spool number of the root's cluster; *height levels of the whole tree
  */
-enum spc_status spb_top_build(const struct spb_plan *plan, struct spb_part_tree *parts,
-                              const struct spb_pack_shared *shared, uint32_t *root,
-                              uint32_t *height, struct spc_error *err);
+enum spc_status spb_top_finish(struct spb_top *top, uint32_t *root, uint32_t *height,
+                               struct spc_error *err);
 
 #endif

@@ -132,3 +132,19 @@ absent "$folder/e.spc"
 if [ -e /dev/full ]; then
     expect 1 '.*cannot write to standard output.*' sh -c "$tools/spc-info --json $folder/a.spc >/dev/full"
 fi
+
+# memory is bounded however many parts there are; sanitizers add their own. The bytes are the same
+case $tools in
+*asan | *tsan) ;;
+*)
+    for shape in statue soup; do
+        quiet "$tools/gen-scan" --triangles 400000 --shape $shape -o "$folder/scan.ply"
+        expect 0 '' "$tools/spc-build" -q --force --json --memory 64M --threads 2 --part-faces 1000 \
+            "$folder/scan.ply" -o "$folder/f.spc"
+        peak=$(sed -n 's/.*"peak_bytes": \([0-9]*\).*/\1/p' "$folder/out")
+        [ "$peak" -lt 200000000 ] || fail "a $shape takes $peak bytes of memory"
+        expect 0 '' "$tools/spc-build" -q --force "$folder/scan.ply" -o "$folder/g.spc"
+        cmp -s "$folder/f.spc" "$folder/g.spc" || fail "parts leave a trace in a $shape"
+    done
+    ;;
+esac
