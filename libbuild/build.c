@@ -124,7 +124,16 @@ static int cells_log2(const struct build *b)
     return log2;
 }
 
-static enum spc_status read_faces(struct build *b, const char *temp, struct spc_error *err)
+static void release_buckets(struct build *b)
+{
+    for (uint32_t i = 0; i < b->distributor.bucket_count; i++)
+        spb_bucket_free(b->distributor.buckets[i]);
+    spb_distributor_release(&b->distributor);
+    spb_tmpfile_free(b->faces_file);
+    b->faces_file = NULL;
+}
+
+static enum spc_status distribute_faces(struct build *b, const char *temp, struct spc_error *err)
 {
     const struct spb_record_format format =
         spb_record_format(b->vertices.wide, b->vertices.colors);
@@ -142,6 +151,33 @@ static enum spc_status read_faces(struct build *b, const char *temp, struct spc_
     if (status == SPC_OK)
         status = spb_faces_read(b->source, &b->vertices, &b->space, &b->distributor, &b->stats,
                                 &b->progress, err);
+    return status;
+}
+
+/* The space of the vertices that faces use; true when it is another one than that of all. */
+static bool space_of_used(const struct build *b, struct spb_space *used)
+{
+    if (b->stats.kept == 0)
+        return false;
+    spb_space_init(used, b->stats.file_min, b->stats.file_max);
+    return used->unit_exp != b->space.unit_exp || used->ulp_exp != b->space.ulp_exp;
+}
+
+/*
+ * A stray vertex that no face uses would make the unit so large that the surface shrinks to a few
+ * lattice points. Who uses it is known once the faces are read; then they are read again.
+ */
+static enum spc_status read_faces(struct build *b, const char *temp, struct spc_error *err)
+{
+    struct spb_space used;
+    enum spc_status status = distribute_faces(b, temp, err);
+    if (status == SPC_OK && space_of_used(b, &used)) {
+        release_buckets(b);
+        b->space = used;
+        memcpy(b->vertices.min, b->stats.file_min, sizeof b->vertices.min);
+        memcpy(b->vertices.max, b->stats.file_max, sizeof b->vertices.max);
+        status = distribute_faces(b, temp, err);
+    }
     if (status != SPC_OK)
         return status;
     snprintf(b->report->remark, sizeof b->report->remark, "%s", spb_source_remark(b->source));
@@ -295,13 +331,10 @@ static char *folder_of(const char *path)
 static void release(struct build *b)
 {
     spb_top_release(&b->top);
-    for (uint32_t i = 0; i < b->distributor.bucket_count; i++)
-        spb_bucket_free(b->distributor.buckets[i]);
-    spb_distributor_release(&b->distributor);
+    release_buckets(b);
     spb_plan_release(&b->plan);
     spb_pack_shared_release(&b->shared);
     spb_spool_free(b->spool);
-    spb_tmpfile_free(b->faces_file);
     spb_tmpfile_free(b->spool_file);
     spb_vertices_release(&b->vertices);
     spb_source_close(b->source);

@@ -50,8 +50,8 @@ static bool usable(const struct spb_vertices *v, const uint64_t corner[3], doubl
     return true;
 }
 
-static void measure(const uint64_t corner[3], const struct spb_face *face,
-                    struct spb_face_stats *s)
+static void measure(const uint64_t corner[3], const double xyz[3][3],
+                    const struct spb_face *face, struct spb_face_stats *s)
 {
     double shortest = HUGE_VAL, n[3];
     for (int k = 0; k < 3; k++) {
@@ -59,6 +59,8 @@ static void measure(const uint64_t corner[3], const struct spb_face *face,
         for (int a = 0; a < 3; a++) {
             s->min[a] = fmin(s->min[a], face->corner[k][a]);
             s->max[a] = fmax(s->max[a], face->corner[k][a]);
+            s->file_min[a] = fmin(s->file_min[a], xyz[k][a]);
+            s->file_max[a] = fmax(s->file_max[a], xyz[k][a]);
         }
         vec_sub(face->corner[(k + 1) % 3], face->corner[k], e);
         const double square = vec_dot(e, e);
@@ -93,7 +95,7 @@ static enum spc_status take_batch(const struct spb_face_batch *batch, const stru
             memcpy(rgba[k], v->rgba[batch->corner[i][k]], 4);
         spb_record_store(&out->format, (const double(*)[3])xyz, (const uint8_t(*)[4])rgba, record);
         spb_record_load(&out->format, space, record, &face);
-        measure(batch->corner[i], &face, s);
+        measure(batch->corner[i], (const double(*)[3])xyz, &face, s);
         spb_face_key(&face, key);
         const enum spc_status status = spb_distributor_add(out, key, record, err);
         if (status != SPC_OK)
@@ -110,8 +112,11 @@ enum spc_status spb_faces_read(struct spb_source *source, const struct spb_verti
 {
     const uint64_t file_bytes = spb_source_info(source)->file_bytes;
     struct spb_face_batch *batch = malloc(sizeof *batch);
-    *stats = (struct spb_face_stats){.min = {HUGE_VAL, HUGE_VAL, HUGE_VAL},
-                                     .max = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+    *stats = (struct spb_face_stats){.kept = 0};
+    for (int a = 0; a < 3; a++) {
+        stats->min[a] = stats->file_min[a] = HUGE_VAL;
+        stats->max[a] = stats->file_max[a] = -HUGE_VAL;
+    }
     if (batch == NULL)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to read faces");
     enum spc_status status = spb_source_begin_faces(source, err);

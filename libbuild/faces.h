@@ -15,6 +15,7 @@ struct spb_face_stats {
     uint64_t bad_index, non_finite, degenerate; /* dropped, by reason */
     uint64_t edge_sum;              /* 0 when every directed edge meets its reverse, up to chance */
     double min[3], max[3];          /* of the records' corners, build coordinates */
+    double file_min[3], file_max[3];            /* the same in file coordinates */
     double volume;                  /* 6 x signed volume, units; outward winding is positive */
     uint64_t edge_bins[SPB_EDGE_BINS];          /* shortest edges that are not 0, by exponent */
 };

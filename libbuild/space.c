@@ -30,6 +30,8 @@ void spb_space_init(struct spb_space *space, const double min[3], const double m
         space->ulp_exp = -1022;
     /* A scan of one point has no side: any unit serves, the ulp keeps it near the data. */
     space->unit_exp = side > 0 ? exponent_of(side) : space->ulp_exp + VERTEX_BITS_MIN;
+    if (space->unit_exp <= space->ulp_exp)          /* subnormal: below every lattice */
+        space->unit_exp = space->ulp_exp + 1;
     int step = space->unit_exp - VERTEX_BITS_MIN;
     if (step < space->ulp_exp)
         step = space->ulp_exp;

@@ -160,6 +160,58 @@ START_TEST(every_triangle_survives_within_half_a_lattice_step)
 }
 END_TEST
 
+/* A stray vertex that no face uses: far away, at the largest float, at 0 of a georeferenced scan. */
+START_TEST(a_vertex_that_no_face_uses_does_not_coarsen_the_rest)
+{
+    static const double strays[][3] = {{1e9, 0, 0}, {-3e38, 3e38, 1}, {0, 0, 0}};
+    static const double offset[3] = {500000, 5400000, 100};
+    for (int i = 0; i < 3; i++) {
+        struct case_mesh m = case_sphere(1000, 4);
+        m.wide = i == 2;
+        if (i == 2)
+            case_transform(&m, 1, offset);
+        struct spc_reader *a = case_archive(&m);
+        m.xyz = realloc(m.xyz, (m.vertex_count + 1) * sizeof *m.xyz);
+        memcpy(m.xyz[m.vertex_count++], strays[i], sizeof strays[i]);
+        struct spb_build_options o = case_options(case_write(&m, "b.ply"), case_path("b.spc"));
+        struct spc_reader *b = case_build(&o);
+        const struct spc_header *x = spc_reader_header(a), *y = spc_reader_header(b);
+        case_verify(b);
+        ck_assert_int_eq(x->unit_exp, y->unit_exp);
+        ck_assert_int_eq(x->vertex_exp, y->vertex_exp);
+        ck_assert_mem_eq(x->box_min, y->box_min, sizeof x->box_min);
+        ck_assert_mem_eq(x->box_max, y->box_max, sizeof x->box_max);
+        size_t n = 0, k = 0;
+        double (*p)[3][3] = case_triangles(a, &n);
+        double (*q)[3][3] = case_triangles(b, &k);
+        ck_assert_uint_eq(n, k);
+        ck_assert_mem_eq(p, q, n * sizeof *p);
+        free(p);
+        free(q);
+        spc_reader_close(a);
+        spc_reader_close(b);
+        case_mesh_free(&m);
+    }
+}
+END_TEST
+
+/* Smaller than any lattice can be: such a scan is a point, and still an archive. */
+START_TEST(subnormal_scans_build)
+{
+    for (int k = -1074; k <= -1020; k += 6) {
+        struct case_mesh m = case_sphere(300, 4);
+        m.wide = true;
+        case_transform(&m, ldexp(1, k), (double[3]){0, 0, 0});
+        struct spb_build_options o = case_options(case_write(&m, "a.ply"), case_path("a.spc"));
+        struct spc_reader *r = case_build(&o);
+        ck_assert_uint_eq(spc_reader_header(r)->leaf_count, m.face_count);
+        case_verify(r);
+        spc_reader_close(r);
+        case_mesh_free(&m);
+    }
+}
+END_TEST
+
 START_TEST(unusable_faces_are_dropped_and_counted)
 {
     struct case_mesh m = case_sphere(500, 8);
@@ -403,6 +455,7 @@ int main(void)
                  archives_verify_with_every_option, archives_of_very_few_triangles_verify,
                  archives_of_flat_thin_and_equal_triangles_verify,
                  every_triangle_survives_within_half_a_lattice_step,
+                 a_vertex_that_no_face_uses_does_not_coarsen_the_rest, subnormal_scans_build,
                  unusable_faces_are_dropped_and_counted,
                  closed_surfaces_are_told_from_open_and_inside_out_ones,
                  parts_and_threads_leave_no_trace, scaling_by_a_power_of_two_changes_no_code,
