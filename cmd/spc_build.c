@@ -262,14 +262,14 @@ static void print_json(const struct spb_build_options *b, const struct spb_build
     json_decref(out);
 }
 
-static const char *remedy_for(const struct spc_error *err, bool in_scan)
+static const char *remedy_for(const struct spc_error *err, bool in_scan, bool strict)
 {
     switch (err->status) {
     case SPC_EXISTS: return "--force replaces it";
     case SPC_BUSY: return "wait for it, or choose another name";
     case SPC_NO_MEMORY: return "a smaller --memory or fewer --threads may help";
     case SPC_INPUT_TRUNCATED: return "copy or export the scan again";
-    case SPC_INPUT_BAD: return "without --strict they are dropped";
+    case SPC_INPUT_BAD: return strict ? "without --strict they are dropped" : NULL;
     case SPC_IO: return in_scan || err->os_errno == 0 ? NULL
                         : err->os_errno == 28 /* ENOSPC */ ? "free some space, or use --temp"
                                                            : NULL;
@@ -291,7 +291,7 @@ static int build_one(struct arguments *a)
     const enum spc_status status = spb_build(&a->build, &report, &in_scan, &err);
     cli_progress_end();
     if (status != SPC_OK) {
-        cli_error(in_scan ? a->build.scan : a->build.out, &err, remedy_for(&err, in_scan));
+        cli_error(in_scan ? a->build.scan : a->build.out, &err, remedy_for(&err, in_scan, a->build.strict));
         return EXIT_FAILED;
     }
     const struct cost cost = cost_since(began);

@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 void spb_build_defaults(struct spb_build_options *options)
 {
@@ -328,6 +329,19 @@ static char *folder_of(const char *path)
     return slash == path ? strdup("/") : strndup(path, (size_t)(slash - path));
 }
 
+/* force replaces an archive, by a rename: never the scan, nor a device or pipe such as /dev/null. */
+static enum spc_status check_target(const struct spb_build_options *o, struct spc_error *err)
+{
+    struct stat scan, target;
+    if (stat(o->out, &target) != 0 || S_ISDIR(target.st_mode))
+        return SPC_OK;              /* the writer tells */
+    if (!S_ISREG(target.st_mode))
+        return spc_fail(err, SPC_IO, SPC_NO_OFF, "the target is a device or pipe, no plain file");
+    if (stat(o->scan, &scan) == 0 && scan.st_dev == target.st_dev && scan.st_ino == target.st_ino)
+        return spc_fail(err, SPC_IO, SPC_NO_OFF, "the target is the scan itself");
+    return SPC_OK;
+}
+
 static void release(struct build *b)
 {
     spb_top_release(&b->top);
@@ -355,7 +369,9 @@ enum spc_status spb_build(const struct spb_build_options *options, struct spb_bu
         status = open_source(&b, err);
     if (status == SPC_OK) {
         b.in_scan = false;          /* before the long work: a target that cannot be written */
-        status = spc_writer_create(options->out, options->force, &b.writer, err);
+        status = check_target(options, err);
+        if (status == SPC_OK)
+            status = spc_writer_create(options->out, options->force, &b.writer, err);
         b.in_scan = status == SPC_OK;
     }
     if (status == SPC_OK)

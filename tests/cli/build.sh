@@ -85,6 +85,27 @@ expect 0 '' "$tools/spc-build" --force "$scan" -o "$folder/keep.spc"
 cmp -s "$folder/a.spc" "$folder/keep.spc" || fail "not the same bytes as before"
 nothing_else
 
+# --force replaces archives, not the scan itself, nor what is no plain file
+cp "$scan" "$folder/self.ply"
+for name in self.ply ./self.ply; do
+    expect 1 "spc-build: '.*self.ply': the target is the scan itself" \
+        "$tools/spc-build" --force "$folder/self.ply" -o "$folder/$name"
+done
+ln "$folder/self.ply" "$folder/link.spc"
+expect 1 '.*the target is the scan itself' "$tools/spc-build" --force "$folder/self.ply" -o "$folder/link.spc"
+cmp -s "$scan" "$folder/self.ply" || fail "the scan was replaced"
+mkfifo "$folder/pipe.spc"
+expect 1 "spc-build: '.*/pipe.spc': the target is a device or pipe.*" \
+    "$tools/spc-build" --force "$scan" -o "$folder/pipe.spc"
+[ -p "$folder/pipe.spc" ] || fail "a pipe was replaced"
+
+# the remedy of --strict only where it is one
+printf 'ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n-1e308 0 0\n1e308 0 0\n0 1 0\n3 0 1 2\n' >"$folder/wide.ply"
+expect 1 "spc-build: '.*wide.ply': its coordinates span more than a double can measure" \
+    "$tools/spc-build" "$folder/wide.ply" -o "$folder/b.spc"
+one_line
+absent "$folder/b.spc"
+
 # a bad index is dropped, counted and warned about; --strict refuses
 printf 'ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 3\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 9\n3 0 1 3\n' >"$folder/bad.ply"
 expect 0 ".*bad.ply': warning: dropped 1 face with an index that names no vertex" \
