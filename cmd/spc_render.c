@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 static const char HELP[] =
     "usage: spc-render [options] FILE -o OUT.png\n"
@@ -166,10 +167,18 @@ static int parse_option(int c, const char *value, struct arguments *a)
     }
 }
 
+static bool same_file(const char *a, const char *b)
+{
+    struct stat x, y;
+    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+}
+
 static int check_arguments(struct arguments *a)
 {
     if (a->out == NULL)
         return cli_usage("no picture is named (-o OUT.png)");
+    if (same_file(a->archive, a->out) || (a->stats != NULL && same_file(a->archive, a->stats)))
+        return cli_usage("the archive itself cannot be written to");
     if (a->has_eye != a->has_target)
         return cli_usage("--eye and --target go together");
     if (a->has_eye && a->has_orbit)

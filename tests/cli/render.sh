@@ -69,6 +69,11 @@ wait
 [ -p "$folder/pipe.png" ] || fail "a pipe was removed"
 
 # usage
+cp "$folder/a.spc" "$folder/same.spc"
+ln -s same.spc "$folder/same.png"
+expect 2 '.*the archive itself.*' "$tools/spc-render" "$folder/same.spc" -o "$folder/same.png"
+expect 2 '.*the archive itself.*' "$tools/spc-render" "$folder/same.spc" -o "$folder/e.png" --stats "$folder/same.spc"
+cmp -s "$folder/a.spc" "$folder/same.spc" || fail "the archive was overwritten"
 expect 2 '.*--eps takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --eps 0
 expect 2 '.*--size takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --size 0x5
 expect 2 '.*--fov takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --fov 180
