@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const struct spv_draw_options EXACT = {.splat = SPV_SPLAT_EXACT, .ambient = 0.2f};
 static const struct spv_draw_options FAST = {.splat = SPV_SPLAT_FAST, .ambient = 0.2f};
@@ -243,6 +244,27 @@ START_TEST(tiles_and_borders_leave_no_seam)
 }
 END_TEST
 
+/* One wild vertex makes the unit large; what lies near the eye is still seen. */
+START_TEST(a_face_that_reaches_far_away_hides_nothing_near)
+{
+    static const double far[] = {1e6, 1e9};
+    for (int i = 0; i < 2; i++) {
+        struct case_mesh m = case_sphere(2000, 3);
+        m.xyz = realloc(m.xyz, (m.vertex_count + 1) * sizeof *m.xyz);
+        m.face = realloc(m.face, (m.face_count + 1) * sizeof *m.face);
+        memcpy(m.xyz[m.vertex_count], (double[3]){0, -far[i], 0}, sizeof *m.xyz);
+        memcpy(m.face[m.face_count++], (uint32_t[3]){0, 1, m.vertex_count++}, sizeof *m.face);
+        struct spc_reader *r = case_archive(&m);
+        for (int s = 4; s < 8; s++) {
+            const struct picture_view v = side(s, 3.2, 1, SPV_HYBRID);
+            expect_no_hole(r, &v, &EXACT, 0.98, "far");
+        }
+        spc_reader_close(r);
+        case_mesh_free(&m);
+    }
+}
+END_TEST
+
 int main(void)
 {
     return SUITE("picture", case_start, case_finish,
@@ -250,6 +272,7 @@ int main(void)
                  pictures_of_open_and_broken_surfaces_have_no_hole,
                  pictures_from_inside_and_from_close_by_have_no_hole,
                  pictures_at_the_extremes_of_scale_and_place_have_no_hole,
+                 a_face_that_reaches_far_away_hides_nothing_near,
                  no_pixel_of_a_lone_triangle_is_lost, culling_leaves_the_picture_as_it_is,
                  culling_back_faces_leaves_the_cover_of_a_closed_surface,
                  tiles_and_borders_leave_no_seam);

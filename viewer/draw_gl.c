@@ -20,7 +20,7 @@
 #include <string.h>
 
 enum { GUARD = 32, TILE_DEFAULT = 2048, RANGES_MAX = 128 };
-static const float NEAR_PLANE = 0x1p-24f;           /* units: nearer than that nothing is drawn */
+static const float NEAR_PLANE = 0x1p-40f;           /* units: nearer than that nothing is drawn */
 
 enum { BUF_NODES, BUF_COLORS, BUF_INDICES, BUF_VERTICES, BUF_VERTEX_COLORS, BUF_COUNT };
 
