@@ -1,27 +1,33 @@
 /* spc-info: what is in an archive, and proof that it is whole. */
-#include "cli.h"
+#include "info.h"
 
 #include <getopt.h>
-#include <jansson.h>
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const char HELP[] =
     "usage: spc-info [options] FILE\n"
     "Says what is in an .spc archive, and proves that it is whole.\n"
     "\n"
+    "      --clusters         a line a cluster: counts, bytes, ranges of lengths, size, cone of\n"
+    "                         normals; e_self is the length behind r_min, e_parent behind r_max\n"
+    "      --blocks ID        a line a block of cluster ID, in prefix order\n"
     "      --verify[=LEVEL]   1: header and directory; 2: every byte; 3 (default): also every\n"
     "                         rule between nodes. One line an invariant; exit 3 when one is broken\n"
-    "      --json             one object on standard output\n"
+    "      --json             one object on standard output, lengths in file units\n"
     "  -h, --help    -V, --version\n"
     "\n"
     "  spc-info statue.spc\n"
+    "  spc-info --clusters statue.spc | less -S\n"
     "  spc-info --verify statue.spc && echo whole\n";
 
-enum { OPT_VERIFY = 256, OPT_JSON };
+enum { OPT_VERIFY = 256, OPT_JSON, OPT_CLUSTERS, OPT_BLOCKS };
 static const struct option LONG[] = {
     {"verify", 2, NULL, OPT_VERIFY}, {"json", 0, NULL, OPT_JSON},
+    {"clusters", 0, NULL, OPT_CLUSTERS}, {"blocks", 1, NULL, OPT_BLOCKS},
     {"help", 0, NULL, 'h'}, {"version", 0, NULL, 'V'}, {0},
 };
 
@@ -61,11 +67,6 @@ static const char *codec_text(const struct spc_header *h, const struct facts *f)
 static uint64_t dropped(const struct spc_header *h)
 {
     return h->dropped_bad_index + h->dropped_non_finite + h->dropped_degenerate;
-}
-
-static double in_file_units(const struct spc_header *h, double units)
-{
-    return ldexp(units, h->unit_exp);
 }
 
 /* ---- for people ------------------------------------------------------------------------------------ */
@@ -114,8 +115,8 @@ static void print_text(const char *path, const struct spc_reader *r, const struc
            h->box_min[2], h->box_max[0], h->box_max[1], h->box_max[2]);
     printf("size       %.6g x %.6g x %.6g\n", h->box_max[0] - h->box_min[0],
            h->box_max[1] - h->box_min[1], h->box_max[2] - h->box_min[2]);
-    printf("error      %.3g .. %.3g (%s)\n", in_file_units(h, (double)h->e_min),
-           in_file_units(h, (double)h->e_max),
+    printf("error      %.3g .. %.3g (%s)\n", info_file_units(h, (double)h->e_min),
+           info_file_units(h, (double)h->e_max),
            h->flags & SPC_FLAG_ERROR_PAPER ? "as the thesis defines it" : "proved bounds");
     printf("storage    %s: inner nodes %s, leaves and triangles %s, head %s\n", codec_text(h, f),
            cli_bytes_text(f->bytes[SPC_BLOCK_INNER], a),
@@ -145,7 +146,7 @@ static json_t *info_json(const struct spc_reader *r, const struct facts *f)
     json_t *more = json_pack(
         "{s:{s:o, s:o}, s:{s:f, s:f}, s:b, s:{s:I, s:I, s:I}, s:O}", "box", "min",
         vec_json(h->box_min), "max", vec_json(h->box_max), "error", "min",
-        in_file_units(h, (double)h->e_min), "max", in_file_units(h, (double)h->e_max), "closed",
+        info_file_units(h, (double)h->e_min), "max", info_file_units(h, (double)h->e_max), "closed",
         (h->flags & SPC_FLAG_CULL_BACK) != 0, "dropped", "bad_index",
         (json_int_t)h->dropped_bad_index, "non_finite", (json_int_t)h->dropped_non_finite,
         "degenerate", (json_int_t)h->dropped_degenerate, "sources",
@@ -161,6 +162,14 @@ static json_t *info_json(const struct spc_reader *r, const struct facts *f)
     json_object_update_new(out, rest);
     json_object_set(out, "meta", f->meta ? f->meta : json_null());
     return out;
+}
+
+/* ---- faults -------------------------------------------------------------------------------------- */
+
+static int fault(const char *path, const struct spc_error *err)
+{
+    cli_error(path, err, NULL);
+    return err->status == SPC_IO || err->status == SPC_NO_MEMORY ? EXIT_FAILED : EXIT_INVALID;
 }
 
 /* ---- verification ---------------------------------------------------------------------------------- */
@@ -196,73 +205,149 @@ static void on_finding(void *ctx, const struct spc_finding *finding)
     putchar('\n');
 }
 
-static int inspect(const char *path, int verify, bool json)
+/* Exit code; findings go to stdout, or into out. */
+static int verify(const char *path, const struct spc_reader *reader, int level, json_t *out)
+{
+    struct findings findings = {.list = out ? json_array() : NULL};
+    struct spc_error err = {0};
+    const enum spc_status status = spc_verify(reader, level, on_finding, &findings, &err);
+    if (out != NULL)
+        json_object_set_new(out, "verify",
+                            json_pack("{s:i, s:b, s:o}", "level", level, "ok", status == SPC_OK,
+                                      "invariants", findings.list));
+    if (status != SPC_OK)
+        return fault(path, &err);
+    if (out == NULL)
+        printf("%s is whole (level %d)\n", path, level);
+    return EXIT_DONE;
+}
+
+/* ---- what was asked for ----------------------------------------------------------------------------- */
+
+struct request {
+    bool json, clusters, blocks;
+    uint32_t blocks_of;             /* cluster */
+    uint32_t verify;                /* level; 0: not */
+};
+
+static void gap(int *parts)
+{
+    if ((*parts)++ > 0)
+        putchar('\n');
+}
+
+static int answer_text(const char *path, const struct spc_reader *reader, const struct request *q,
+                       const struct facts *facts)
+{
+    int parts = 0;
+    if (!q->clusters && !q->blocks && q->verify == 0)
+        print_text(path, reader, facts);
+    if (q->clusters) {
+        gap(&parts);
+        info_print_clusters(reader);
+    }
+    if (q->blocks) {
+        gap(&parts);
+        info_print_blocks(reader, q->blocks_of);
+    }
+    if (q->verify == 0)
+        return EXIT_DONE;
+    gap(&parts);
+    return verify(path, reader, (int)q->verify, NULL);
+}
+
+/* Tables may be longer than memory: they follow the other members, row by row. */
+static int answer_json(const char *path, const struct spc_reader *reader, const struct request *q,
+                       const struct facts *facts)
+{
+    json_t *out = info_json(reader, facts);
+    const int code = q->verify ? verify(path, reader, (int)q->verify, out) : EXIT_DONE;
+    char *text = json_dumps(out, JSON_INDENT(2));
+    json_decref(out);
+    if (text == NULL)
+        return fault(path, &(struct spc_error){.status = SPC_NO_MEMORY});
+    fwrite(text, 1, strlen(text) - strlen("\n}"), stdout);
+    free(text);
+    if (q->clusters)
+        info_json_clusters(reader);
+    if (q->blocks)
+        info_json_blocks(reader, q->blocks_of);
+    fputs("\n}\n", stdout);
+    return code;
+}
+
+static int answer(const char *path, const struct spc_reader *reader, const struct request *q)
+{
+    const uint32_t clusters = spc_reader_header(reader)->cluster_count;
+    struct facts facts;
+    if (q->blocks && q->blocks_of >= clusters)
+        return cli_usage("'%s' has the clusters 0 to %u and no %u", path, clusters - 1,
+                         q->blocks_of);
+    collect(reader, &facts);
+    const int code = (q->json ? answer_json : answer_text)(path, reader, q, &facts);
+    json_decref(facts.meta);
+    return code;
+}
+
+static int inspect(const char *path, const struct request *q)
 {
     struct spc_reader *reader = NULL;
     struct spc_error err = {0};
-    struct facts facts;
-    int code = EXIT_DONE;
-    if (spc_reader_open(path, &reader, &err) != SPC_OK) {
-        cli_error(path, &err, NULL);
-        return err.status == SPC_IO || err.status == SPC_NO_MEMORY ? EXIT_FAILED : EXIT_INVALID;
-    }
-    collect(reader, &facts);
-    json_t *out = json ? info_json(reader, &facts) : NULL;
-    if (!json && verify == 0)
-        print_text(path, reader, &facts);
-    if (verify > 0) {
-        struct findings findings = {.list = json ? json_array() : NULL};
-        const enum spc_status status = spc_verify(reader, verify, on_finding, &findings, &err);
-        if (json)
-            json_object_set_new(out, "verify",
-                                json_pack("{s:i, s:b, s:o}", "level", verify, "ok",
-                                          status == SPC_OK, "invariants", findings.list));
-        if (status != SPC_OK) {
-            cli_error(path, &err, NULL);
-            code = status == SPC_NO_MEMORY ? EXIT_FAILED : EXIT_INVALID;
-        } else if (!json) {
-            printf("%s is whole (level %d)\n", path, verify);
-        }
-    }
-    if (json) {
-        json_dumpf(out, stdout, JSON_INDENT(2));
-        putchar('\n');
-    }
-    json_decref(out);
-    json_decref(facts.meta);
+    if (spc_reader_open(path, &reader, &err) != SPC_OK)
+        return fault(path, &err);
+    const int code = answer(path, reader, q);
     spc_reader_close(reader);
     return cli_finish(code);
 }
 
+/* EXIT_DONE, or the code of a message. */
+static int take_option(int c, const char *value, struct request *q)
+{
+    switch (c) {
+    case OPT_JSON:
+        q->json = true;
+        return EXIT_DONE;
+    case OPT_VERIFY:
+        q->verify = 3;
+        if (value != NULL && !cli_u32(value, 1, 3, &q->verify))
+            return cli_usage("--verify takes 1, 2 or 3, not '%s'", value);
+        return EXIT_DONE;
+    case OPT_CLUSTERS:
+        q->clusters = true;
+        return EXIT_DONE;
+    case OPT_BLOCKS:
+        q->blocks = true;
+        if (!cli_u32(value, 0, SPC_NONE - 1, &q->blocks_of))
+            return cli_usage("--blocks takes the id of a cluster, not '%s'", value);
+        return EXIT_DONE;
+    default:
+        return EXIT_USAGE;
+    }
+}
+
 int main(int argc, char **argv)
 {
-    bool json = false;
-    uint32_t verify = 0;
+    struct request q = {0};
     int c;
     cli_init("spc-info");
+    signal(SIGPIPE, SIG_DFL);       /* 'spc-info --clusters | head' ends in silence, whoever started it */
     opterr = 0;
     while ((c = getopt_long(argc, argv, "hV", LONG, NULL)) != -1) {
-        switch (c) {
-        case 'h':
+        if (c == 'h') {
             fputs(HELP, stdout);
             return cli_finish(EXIT_DONE);
-        case 'V':
-            return cli_version();
-        case OPT_JSON:
-            json = true;
-            break;
-        case OPT_VERIFY:
-            verify = 3;
-            if (optarg != NULL && !cli_u32(optarg, 1, 3, &verify))
-                return cli_usage("--verify takes 1, 2 or 3, not '%s'", optarg);
-            break;
-        default:
-            return cli_usage("'%s' is no option", argv[optind - 1]);
         }
+        if (c == 'V')
+            return cli_version();
+        if (c == '?')
+            return cli_usage("'%s' is no option, or lacks its value", argv[optind - 1]);
+        const int code = take_option(c, optarg, &q);
+        if (code != EXIT_DONE)
+            return code;
     }
     if (optind == argc)
         return cli_usage("no archive is named");
     if (optind + 1 < argc)
         return cli_usage("one archive at a time: '%s' is left over", argv[optind + 1]);
-    return inspect(argv[optind], (int)verify, json);
+    return inspect(argv[optind], &q);
 }

@@ -1,0 +1,166 @@
+# the tables of spc-info as a user meets them: info.sh BUILD
+set -eu
+tools=$1
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+fail() {
+    echo "$*"
+    exit 1
+}
+expect() {
+    code=$1
+    pattern=$2
+    shift 2
+    got=0
+    "$@" >"$folder/out" 2>"$folder/err" || got=$?
+    [ $got -eq "$code" ] || fail "$* exits $got, not $code: $(cat "$folder/err")"
+    [ -z "$pattern" ] || grep -qE "^$pattern\$" "$folder/err" ||
+        fail "$* should say '$pattern', says: $(cat "$folder/err")"
+}
+one_line() { [ "$(wc -l <"$folder/err")" -eq 1 ] || fail "more than one line: $(cat "$folder/err")"; }
+info() { expect 0 '' "$tools/spc-info" "$@"; }
+same() { [ "$2" = "$3" ] || fail "$1: $2, not $3"; }
+fact() { sed -n "s/^ *\"$1\": \([0-9]*\),*\$/\1/p" "$folder/facts" | head -n 1; }
+rows() { sed '1,3d;/^total/,$d' "$folder/out"; }        # of a table
+total() { sed -n '/^total/p' "$folder/out"; }
+column() { awk -v c="$1" '{ print $c }'; }
+sum() { awk '{ s += $1 } END { printf "%.0f\n", s }'; }
+# members NAME: the values of a member in JSON, one a line, in order
+members() { grep -o "\"$1\": *[^],}]*" "$folder/out" | sed 's/.*: *//'; }
+aligned() {
+    same "$1: width of the lines" "$(sed 1,2d "$folder/out" | awk '{ print length }' | sort -u | wc -l)" 1
+    same "$1: columns of the lines" "$(sed 1,2d "$folder/out" | awk '{ print NF }' | sort -u)" "$2"
+    [ "$(awk 'length > w { w = length } END { print w }' "$folder/out")" -le 120 ] || fail "$1: over 120 columns"
+}
+valid_json() {
+    ! command -v python3 >/dev/null || python3 -m json.tool <"$folder/out" >/dev/null || fail "$1 is no JSON"
+}
+
+"$tools/gen-scan" --triangles 20000 --shape statue --color -o "$folder/scan.ply" 2>/dev/null
+archive=$folder/a.spc
+"$tools/spc-build" -q --cluster-nodes 2000 --block-nodes 500 "$folder/scan.ply" -o "$archive"
+"$tools/spc-info" --json "$archive" >"$folder/facts"
+nodes=$(fact nodes)
+leaves=$(fact leaves)
+clusters=$(fact clusters)
+data_bytes=$(($(fact file_bytes) - ($(fact head_bytes) + 63) / 64 * 64))
+[ "$clusters" -gt 12 ] || fail "the archive is too simple for this test"
+
+# a line a cluster, and their sums
+info --clusters "$archive"
+aligned clusters 18
+same "end of the groups" "$(awk 'NR == 2 { print length }' "$folder/out")" "$(awk 'NR == 3 { print length }' "$folder/out")"
+same "lines" "$(rows | wc -l)" "$clusters"
+same "ids" "$(rows | column 1 | tr '\n' ' ')" "$(seq -s ' ' 0 $((clusters - 1))) "
+check_sum() { # NAME COLUMN VALUE
+    same "sum of $1" "$(rows | column "$2" | sum)" "$3"
+    same "total of $1" "$(total | column "$2")" "$3"
+}
+check_sum children 4 $((clusters - 1))
+check_sum inner 5 $((nodes - leaves))
+check_sum leaves 6 "$leaves"
+check_sum blocks 7 "$(fact blocks)"
+check_sum bytes 8 "$data_bytes"
+rows | awk '
+    $3 == "-" ? $1 != 0 || $2 != 0 : $3 >= $1 || $2 != level[$3] + 1 { print "parent of " $1; bad = 1 }
+    { level[$1] = $2; if ($3 != "-") kids[$3]++; said[$1] = $4 }
+    $9 > $10 || ($12 != "inf" && $11 > $12) || $13 > $14 { print "range of " $1; bad = 1 }
+    $9 + 0 > $11 + 0 { print "e_self over e_parent in " $1; bad = 1 }
+    ($12 == "inf") != ($1 == 0) { print "the root is in " $1; bad = 1 }
+    $15 < 1.98 * $14 || $16 < 1.98 * $14 || $17 < 1.98 * $14 { print "a ball leaves the box of " $1; bad = 1 }
+    $18 > 180 { print "cone of " $1; bad = 1 }
+    END { for (c in said) if (said[c] != kids[c] + 0) { print "children of " c; bad = 1 }; exit bad }' ||
+    fail "clusters break a rule"
+extreme() { rows | column "$1" | sort -g | sed -n "$2"; }
+for c in 9 11 13; do same "least of column $c" "$(total | column $c)" "$(extreme $c 1p)"; done
+for c in 10 14; do same "largest of column $c" "$(total | column $c)" "$(extreme $c '$p')"; done
+for c in 15 16 17; do
+    total | awk -v c=$c -v most="$(extreme $c '$p')" '$c < .99 * most { exit 1 }' || fail "the box of all is too small"
+done
+rows | awk '{ print $1, $5 + $6, $9, $11, $14 }' >"$folder/cluster_nodes"
+unit=$(sed -n '1s/.*lengths in \(.*\) *file units.*/\1/p' "$folder/out")
+largest_error=$(total | column 10)
+near() { awk -v a="$2" -v b="$3" 'BEGIN { exit !(a > .99 * b && a < 1.01 * b) }' || fail "$1: $2, not near $3"; }
+
+info --json --clusters "$archive"
+valid_json --clusters
+same "rows in JSON" "$(members id | wc -l)" "$clusters"
+same "bytes in JSON" "$(members bytes | sum)" "$data_bytes"
+same "the facts in JSON" "$(members file_bytes)" "$(fact file_bytes)"
+grep '"id": ' "$folder/out" >"$folder/cluster_json"
+# range NAME: least and largest of a length over the archive, file units
+range() {
+    sed "s/.*\"$1\": {\"min\": \([^,]*\), \"max\": \([^}]*\)}.*/\1 \2/" "$folder/cluster_json" |
+        awk 'NR == 1 || $1 + 0 < a { a = $1 + 0 } $2 + 0 > b { b = $2 + 0 } END { printf "%.12g %.12g\n", a, b }'
+}
+
+# lengths of tables are in the unit that stands above them
+near "largest error" "$(echo "$largest_error ${unit:-1}" | awk '{ print $1 * $2 }')" "$(range e_self | cut -d ' ' -f 2)"
+
+# a line a block: of all clusters together, everything that the archive holds
+: >"$folder/blocks"
+while read -r id count e_self e_parent radius; do
+    info --blocks "$id" "$archive"
+    aligned "blocks of $id" 14
+    same "nodes of cluster $id" "$(total | column 7)" "$count"
+    for c in 5 6 7 8; do same "column $c, cluster $id" "$(total | column $c)" "$(rows | column $c | sum)"; done
+    same "e_self of cluster $id" "$(rows | column 11 | sort -g | head -n 1)" "$e_self"
+    same "e_parent of cluster $id" "$(rows | column 9 | sort -g | head -n 1)" "$e_parent"
+    same "radius of cluster $id" "$(rows | column 13 | sort -g | tail -n 1)" "$radius"
+    same "links of cluster $id" "$(rows | column 12 | sort -gr)" "$(rows | column 12)"
+    rows | awk '($10 != "inf" && $9 > $10) || !($14 > 0) { exit 1 }' || fail "ranges in cluster $id"
+    rows | awk 'NR > 1 && ($10 == "inf" || (last != "inf" && $10 + 0 > last + 0)) { exit 1 } { last = $10 }' ||
+        fail "blocks of $id are not in prefix order"
+    rows >>"$folder/blocks"
+done <"$folder/cluster_nodes"
+same "indices" "$(column 1 <"$folder/blocks" | sort -n | tr '\n' ' ')" "$(seq -s ' ' 0 $(($(fact blocks) - 1))) "
+same "bytes stored" "$(column 5 <"$folder/blocks" | sum)" $(($(fact inner) + $(fact leaf)))
+same "vertices" "$(column 8 <"$folder/blocks" | sum)" "$(fact vertices)"
+same "leaves" "$(awk '$2 == "leaf" { print $7 }' "$folder/blocks" | sum)" "$leaves"
+same "codec" "$(column 3 <"$folder/blocks" | sort -u)" zstd
+same "offsets grow" "$(sort -n "$folder/blocks" | column 4)" "$(column 4 <"$folder/blocks" | sort -n)"
+info --json --blocks 3 "$archive"
+valid_json --blocks
+same "nodes of cluster 3" "$(grep '"index":' "$folder/out" | sed 's/.*"nodes": \([0-9]*\).*/\1/' | sum)" \
+    "$(awk '$1 == 3 { print $2 }' "$folder/cluster_nodes")"
+
+"$tools/gen-scan" --triangles 500 --shape plane -o "$folder/plane.ply" 2>/dev/null
+"$tools/spc-build" -q --no-triangles "$folder/plane.ply" -o "$folder/plane.spc"
+info --blocks 0 "$folder/plane.spc"
+same "vertices of points" "$(total | column 8)" 0
+# several at once, in one order; the summary stands alone
+info --verify=1 --blocks 0 --clusters "$archive"
+same "order of the parts" "$(grep -oE '^([0-9]+ clusters on|blocks of|ok )' "$folder/out" | tr '\n' ' ')" \
+    "$clusters clusters on blocks of ok  "
+grep -q '^nodes ' "$folder/out" && fail "the summary is printed with the tables"
+info --json --verify=1 --blocks 0 --clusters "$archive"
+valid_json "all at once"
+for key in verify cluster_table block_table; do
+    same "members $key" "$(grep -c "^  \"$key\":" "$folder/out")" 1
+done
+
+# a reader that goes away is no fault, whether or not the caller ignores the signal
+same "head" "$("$tools/spc-info" --clusters "$archive" 2>&1 | head -n 1 | cut -d ' ' -f 2)" clusters
+for trap in - ''; do
+    (
+        trap "$trap" PIPE
+        {
+            sleep 0.1
+            "$tools/spc-info" --clusters "$archive" 2>"$folder/err" || true
+        } | :
+    )
+    [ ! -s "$folder/err" ] || fail "a closed pipe is spoken of: $(cat "$folder/err")"
+done
+if [ -c /dev/full ]; then
+    expect 1 '.*cannot write to standard output.*' sh -c "$tools/spc-info --clusters $archive >/dev/full"
+fi
+
+# wrong usage
+expect 2 "spc-info: '.*a.spc' has the clusters 0 to $((clusters - 1)) and no $clusters;.*" \
+    "$tools/spc-info" --blocks "$clusters" "$archive"
+one_line
+[ ! -s "$folder/out" ] || fail "a table of no cluster"
+expect 2 '.*has the clusters.*' "$tools/spc-info" --json --clusters --blocks 4000000000 "$archive"
+[ ! -s "$folder/out" ] || fail "half an object"
+expect 2 ".*--blocks takes the id of a cluster, not '-1'.*" "$tools/spc-info" --blocks -1 "$archive"
+expect 2 ".*lacks its value.*" "$tools/spc-info" "$archive" --blocks
