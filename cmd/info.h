@@ -1,5 +1,5 @@
 /*
- * info.h - the parts of spc-info: tables of the directory.
+ * info.h - the parts of spc-info: tables of the directory, histograms over nodes and clusters.
  *
  * Text goes to stdout in columns that one may cut by spaces; lengths in text are in a power of a
  * thousand file units that suits the archive and is named above them. JSON is in file units.
@@ -35,5 +35,34 @@ void info_print_blocks(const struct spc_reader *r, uint32_t cluster);
 /* Members of an object that is being printed: they begin with its comma. */
 void info_json_clusters(const struct spc_reader *r);
 void info_json_blocks(const struct spc_reader *r, uint32_t cluster);
+
+/* ---- histograms -------------------------------------------------------------------------------- */
+
+enum info_of { INFO_NOTHING, INFO_E, INFO_RADIUS, INFO_NORMALS, INFO_SIZE };
+
+/* False for a word that is none of e, radius, normals, size. */
+bool info_histogram_of(const char *word, enum info_of *of);
+
+enum { INFO_BINS_MAX = 512 };
+struct info_histogram {
+    enum info_of of;
+    uint32_t bin_count;
+    int first_octave, steps;        /* of octaves: the first one, bins in each */
+    uint64_t total;
+    struct info_bin {
+        uint64_t count[2];          /* by enum spc_block_kind; of clusters, all in the first */
+        double min, max;            /* octaves: file units, or bytes; a bin of zeros has both 0 */
+        double axis[3];             /* directions */
+    } bins[INFO_BINS_MAX];
+};
+
+/*
+ * Counts; of nodes, by decoding one block after another into a buffer for the largest.
+ * fails  SPC_NO_MEMORY, and as spc_block_decode
+ */
+enum spc_status info_histogram_fill(const struct spc_reader *r, enum info_of of,
+                                    struct info_histogram *out, struct spc_error *err);
+void info_histogram_print(const struct spc_reader *r, const struct info_histogram *hist);
+json_t *info_histogram_json(const struct info_histogram *hist);
 
 #endif

@@ -15,6 +15,8 @@ static const char HELP[] =
     "      --clusters         a line a cluster: counts, bytes, ranges of lengths, size, cone of\n"
     "                         normals; e_self is the length behind r_min, e_parent behind r_max\n"
     "      --blocks ID        a line a block of cluster ID, in prefix order\n"
+    "      --histogram OF     e, radius: octaves of the nodes' lengths; normals: directions;\n"
+    "                         size: the clusters' stored bytes\n"
     "      --verify[=LEVEL]   1: header and directory; 2: every byte; 3 (default): also every\n"
     "                         rule between nodes. One line an invariant; exit 3 when one is broken\n"
     "      --json             one object on standard output, lengths in file units\n"
@@ -24,10 +26,11 @@ static const char HELP[] =
     "  spc-info --clusters statue.spc | less -S\n"
     "  spc-info --verify statue.spc && echo whole\n";
 
-enum { OPT_VERIFY = 256, OPT_JSON, OPT_CLUSTERS, OPT_BLOCKS };
+enum { OPT_VERIFY = 256, OPT_JSON, OPT_CLUSTERS, OPT_BLOCKS, OPT_HISTOGRAM };
 static const struct option LONG[] = {
     {"verify", 2, NULL, OPT_VERIFY}, {"json", 0, NULL, OPT_JSON},
     {"clusters", 0, NULL, OPT_CLUSTERS}, {"blocks", 1, NULL, OPT_BLOCKS},
+    {"histogram", 1, NULL, OPT_HISTOGRAM},
     {"help", 0, NULL, 'h'}, {"version", 0, NULL, 'V'}, {0},
 };
 
@@ -228,6 +231,7 @@ struct request {
     bool json, clusters, blocks;
     uint32_t blocks_of;             /* cluster */
     uint32_t verify;                /* level; 0: not */
+    enum info_of histogram;
 };
 
 static void gap(int *parts)
@@ -237,10 +241,10 @@ static void gap(int *parts)
 }
 
 static int answer_text(const char *path, const struct spc_reader *reader, const struct request *q,
-                       const struct facts *facts)
+                       const struct facts *facts, const struct info_histogram *hist)
 {
     int parts = 0;
-    if (!q->clusters && !q->blocks && q->verify == 0)
+    if (!q->clusters && !q->blocks && q->histogram == INFO_NOTHING && q->verify == 0)
         print_text(path, reader, facts);
     if (q->clusters) {
         gap(&parts);
@@ -250,6 +254,10 @@ static int answer_text(const char *path, const struct spc_reader *reader, const 
         gap(&parts);
         info_print_blocks(reader, q->blocks_of);
     }
+    if (hist != NULL) {
+        gap(&parts);
+        info_histogram_print(reader, hist);
+    }
     if (q->verify == 0)
         return EXIT_DONE;
     gap(&parts);
@@ -258,10 +266,12 @@ static int answer_text(const char *path, const struct spc_reader *reader, const 
 
 /* Tables may be longer than memory: they follow the other members, row by row. */
 static int answer_json(const char *path, const struct spc_reader *reader, const struct request *q,
-                       const struct facts *facts)
+                       const struct facts *facts, const struct info_histogram *hist)
 {
     json_t *out = info_json(reader, facts);
     const int code = q->verify ? verify(path, reader, (int)q->verify, out) : EXIT_DONE;
+    if (hist != NULL)
+        json_object_set_new(out, "histogram", info_histogram_json(hist));
     char *text = json_dumps(out, JSON_INDENT(2));
     json_decref(out);
     if (text == NULL)
@@ -279,14 +289,25 @@ static int answer_json(const char *path, const struct spc_reader *reader, const 
 static int answer(const char *path, const struct spc_reader *reader, const struct request *q)
 {
     const uint32_t clusters = spc_reader_header(reader)->cluster_count;
+    struct spc_error err = {0};
     struct facts facts;
+    struct info_histogram hist;
+    int code = EXIT_DONE;
     if (q->blocks && q->blocks_of >= clusters)
         return cli_usage("'%s' has the clusters 0 to %u and no %u", path, clusters - 1,
                          q->blocks_of);
+    if (q->histogram != INFO_NOTHING) {
+        cli_progress_begin(CLI_PROGRESS_AUTO, path);
+        if (info_histogram_fill(reader, q->histogram, &hist, &err) != SPC_OK)
+            code = fault(path, &err);       /* and goes on: --verify says where else */
+        cli_progress_end();
+    }
+    const bool counted = q->histogram != INFO_NOTHING && code == EXIT_DONE;
     collect(reader, &facts);
-    const int code = (q->json ? answer_json : answer_text)(path, reader, q, &facts);
+    const int rest = (q->json ? answer_json : answer_text)(path, reader, q, &facts,
+                                                           counted ? &hist : NULL);
     json_decref(facts.meta);
-    return code;
+    return code != EXIT_DONE ? code : rest;
 }
 
 static int inspect(const char *path, const struct request *q)
@@ -319,6 +340,10 @@ static int take_option(int c, const char *value, struct request *q)
         q->blocks = true;
         if (!cli_u32(value, 0, SPC_NONE - 1, &q->blocks_of))
             return cli_usage("--blocks takes the id of a cluster, not '%s'", value);
+        return EXIT_DONE;
+    case OPT_HISTOGRAM:
+        if (!info_histogram_of(value, &q->histogram))
+            return cli_usage("--histogram takes e, radius, normals or size, not '%s'", value);
         return EXIT_DONE;
     default:
         return EXIT_USAGE;

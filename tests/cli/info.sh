@@ -1,4 +1,4 @@
-# the tables of spc-info as a user meets them: info.sh BUILD
+# the tables and histograms of spc-info as a user meets them: info.sh BUILD
 set -eu
 tools=$1
 folder=$(mktemp -d)
@@ -124,18 +124,71 @@ valid_json --blocks
 same "nodes of cluster 3" "$(grep '"index":' "$folder/out" | sed 's/.*"nodes": \([0-9]*\).*/\1/' | sum)" \
     "$(awk '$1 == 3 { print $2 }' "$folder/cluster_nodes")"
 
+# histograms count every node once, fit 80 columns, and their ends are those of the directory
+check_histogram() { # OF TOTAL
+    info --histogram "$1" "$archive"
+    sed '1,2d;/^ *total/d' "$folder/out" | sed 's/[#=]*$//; s/ *$//' >"$folder/bins"
+    same "$1: sum" "$(awk '{ print $(NF - 2) }' "$folder/bins" | sum)" "$2"
+    same "$1: total" "$(awk '/^ *total/ { print $2, $3 }' "$folder/out")" "$2 100.00"
+    same "$1: last sum" "$(awk 'END { print $NF }' "$folder/bins")" 100.00
+    awk -v n="$2" '{ s += $(NF - 2); p = $(NF - 2) * 100 / n; q = s * 100 / n }
+        p - $(NF - 1) > .006 || $(NF - 1) - p > .006 || q - $NF > .006 || $NF - q > .006 { exit 1 }' \
+        "$folder/bins" || fail "$1: percentages"
+    [ "$(awk 'length > w { w = length } END { print w }' "$folder/out")" -lt 80 ] || fail "$1: over 80 columns"
+    same "$1: bins without a bar" "$(sed '1,2d;/^ *total/d' "$folder/out" | grep -vc '[#=]$' || true)" \
+        "$(awk '$(NF - 2) == 0' "$folder/bins" | wc -l)"
+    same "$1: longest bar" "$(grep -oE '[#=]+$' "$folder/out" | awk 'length > w { w = length } END { print w }')" 35
+    info --json --histogram "$1" "$archive"
+    valid_json "--histogram $1"
+    sed -n '/"histogram":/,$p' "$folder/out" >"$folder/json"
+    mv "$folder/json" "$folder/out"
+    same "$1: JSON" "$(members count | sum) $(members total)" "$2 $2"
+}
+check_ends() { # NAME: the range of all clusters lies just in the first and last bins
+    # shellcheck disable=SC2046
+    set -- "$1" $(range "$1") "$(members min | head -n 1)" "$(members max | head -n 1)" \
+        "$(members min | tail -n 1)" "$(members max | tail -n 1)"
+    echo "$*" | awk '!($4 <= $2 && $2 < $5 && $6 <= $3 && $3 < $7) { exit 1 }' || fail "ends of $*"
+}
+check_histogram e "$nodes"
+same "e: leaves" "$(members leaves | sum)" "$leaves"
+same "e: inner" "$(members inner | sum)" $((nodes - leaves))
+check_ends e_self
+near "first border" "$(awk -v u="${unit:-1}" 'NR == 1 { print $1 * u }' "$folder/bins")" "$(members min | head -n 1)"
+check_histogram radius "$nodes"
+check_ends radius
+check_histogram normals "$nodes"
+same "normals: leaves" "$(members leaves | sum)" "$leaves"
+same "normals: axes" "$(wc -l <"$folder/bins")" "$(fact normal_clusters)"
+same "normals: order" "$(column 3 <"$folder/bins" | sort -gr)" "$(column 3 <"$folder/bins")"
+check_histogram size "$clusters"
+[ "$(wc -l <"$folder/bins")" -gt 1 ] || fail "all sizes are in one bin"
+awk '/"bytes": / { sub(/.*"bytes": /, ""); print $0 + 0 }' "$folder/cluster_json" | sort -n >"$folder/sizes"
+same "size: ends" "$(members min_bytes | head -n 1 | awk -v v="$(head -n 1 "$folder/sizes")" '{ print ($1 <= v) }') $(
+    members max_bytes | tail -n 1 | awk -v v="$(tail -n 1 "$folder/sizes")" '{ print ($1 > v) }')" "1 1"
+
+# all normals of a plane are one direction; few axes are counted by octant
 "$tools/gen-scan" --triangles 500 --shape plane -o "$folder/plane.ply" 2>/dev/null
 "$tools/spc-build" -q --no-triangles "$folder/plane.ply" -o "$folder/plane.spc"
+info --histogram normals "$folder/plane.spc"
+same "filled directions" "$(sed '1,2d;/total/d' "$folder/out" | grep -c '[#=]$')" 1
+grep -E '^ +-?0\.1[0-9] +-?0\.[01][0-9] +0\.9[0-9] ' "$folder/out" | grep -q ' 100.00 100.00 [#=]*$' ||
+    fail "the plane does not look along z"
 info --blocks 0 "$folder/plane.spc"
 same "vertices of points" "$(total | column 8)" 0
+"$tools/spc-build" -q --force --normal-clusters 3 "$folder/scan.ply" -o "$folder/few.spc"
+info --histogram normals "$folder/few.spc"
+same "octants" "$(sed '1,2d;/total/d' "$folder/out" | cut -c 1-18 | sort -u | wc -l)" 8
+grep -q octant "$folder/out" || fail "octants are not named"
+
 # several at once, in one order; the summary stands alone
-info --verify=1 --blocks 0 --clusters "$archive"
-same "order of the parts" "$(grep -oE '^([0-9]+ clusters on|blocks of|ok )' "$folder/out" | tr '\n' ' ')" \
-    "$clusters clusters on blocks of ok  "
+info --verify=1 --histogram size --blocks 0 --clusters "$archive"
+same "order of the parts" "$(grep -oE '^([0-9]+ clusters on|blocks of|stored bytes|ok )' "$folder/out" | tr '\n' ' ')" \
+    "$clusters clusters on blocks of stored bytes ok  "
 grep -q '^nodes ' "$folder/out" && fail "the summary is printed with the tables"
-info --json --verify=1 --blocks 0 --clusters "$archive"
+info --json --verify=1 --histogram size --blocks 0 --clusters "$archive"
 valid_json "all at once"
-for key in verify cluster_table block_table; do
+for key in verify histogram cluster_table block_table; do
     same "members $key" "$(grep -c "^  \"$key\":" "$folder/out")" 1
 done
 
@@ -146,7 +199,7 @@ for trap in - ''; do
         trap "$trap" PIPE
         {
             sleep 0.1
-            "$tools/spc-info" --clusters "$archive" 2>"$folder/err" || true
+            "$tools/spc-info" --clusters --histogram e "$archive" 2>"$folder/err" || true
         } | :
     )
     [ ! -s "$folder/err" ] || fail "a closed pipe is spoken of: $(cat "$folder/err")"
@@ -155,7 +208,7 @@ if [ -c /dev/full ]; then
     expect 1 '.*cannot write to standard output.*' sh -c "$tools/spc-info --clusters $archive >/dev/full"
 fi
 
-# wrong usage
+# wrong usage; damage
 expect 2 "spc-info: '.*a.spc' has the clusters 0 to $((clusters - 1)) and no $clusters;.*" \
     "$tools/spc-info" --blocks "$clusters" "$archive"
 one_line
@@ -163,4 +216,18 @@ one_line
 expect 2 '.*has the clusters.*' "$tools/spc-info" --json --clusters --blocks 4000000000 "$archive"
 [ ! -s "$folder/out" ] || fail "half an object"
 expect 2 ".*--blocks takes the id of a cluster, not '-1'.*" "$tools/spc-info" --blocks -1 "$archive"
-expect 2 ".*lacks its value.*" "$tools/spc-info" "$archive" --blocks
+expect 2 ".*--histogram takes e, radius, normals or size, not 'colour'.*" \
+    "$tools/spc-info" --histogram colour "$archive"
+one_line
+expect 2 ".*lacks its value.*" "$tools/spc-info" "$archive" --histogram
+cp "$archive" "$folder/bad.spc"
+size=$(wc -c <"$archive")
+printf '\377\377' | dd of="$folder/bad.spc" bs=1 seek=$((size - 2000)) conv=notrunc 2>/dev/null
+expect 3 "spc-info: '.*/bad.spc': checksum of block [0-9]+ does not match.*" \
+    "$tools/spc-info" --histogram e "$folder/bad.spc"
+one_line
+[ ! -s "$folder/out" ] || fail "a histogram of a part"
+expect 3 '' "$tools/spc-info" --json --histogram e "$folder/bad.spc"
+valid_json "a damaged archive"
+grep -q '"histogram"' "$folder/out" && fail "a histogram of a part in JSON"
+info --clusters --histogram size "$folder/bad.spc"
