@@ -39,11 +39,9 @@ static void count_block(const uint8_t *bytes, uint8_t *record, struct sums *sums
                           .vertex_width = record[BL_VERTEX_WIDTH]};
     struct spc_block_layout layout;
     if (spc_block_layout(&b, load_u32(bytes + HD_FLAGS), load_u32(bytes + HD_NORMAL_CLUSTERS),
-                         &layout)) {
-        store_u32(record + BL_RAW_BYTES, layout.bytes);
-        if (record[BL_CODEC] == SPC_CODEC_RAW)
-            store_u32(record + BL_STORED_BYTES, layout.bytes);
-    }
+                         &layout) &&
+        record[BL_CODEC] == SPC_CODEC_RAW)
+        store_u32(record + BL_STORED_BYTES, layout.bytes);
     b.stored_bytes = load_u32(record + BL_STORED_BYTES);
     store_u64(record + BL_OFF, sums->at);
     sums->at += spc_block_chunk_bytes(&b);
@@ -104,7 +102,7 @@ static void repeat_directory(const uint8_t *bytes, size_t size, uint32_t block,
         {CH_CLUSTER, BL_CLUSTER, 4}, {CH_KIND, BL_KIND, 1}, {CH_CODEC, BL_CODEC, 1},
         {CH_VERTEX_WIDTH, BL_VERTEX_WIDTH, 1}, {CH_NODE_COUNT, BL_NODE_COUNT, 4},
         {CH_VERTEX_COUNT, BL_VERTEX_COUNT, 4}, {CH_STORED_BYTES, BL_STORED_BYTES, 4},
-        {CH_RAW_BYTES, BL_RAW_BYTES, 4}, {CH_STEP_EXP, BL_STEP_EXP, 2},
+        {CH_DIAGONAL, BL_DIAGONAL, 4}, {CH_STEP_EXP, BL_STEP_EXP, 2},
         {CH_LINK_BASE, BL_LINK_BASE, 2},
     };
     uint64_t clusters_off = 0;
