@@ -169,7 +169,7 @@ same "size: ends" "$(members min_bytes | head -n 1 | awk -v v="$(head -n 1 "$fol
 
 # all normals of a plane are one direction; few axes are counted by octant
 "$tools/gen-scan" --triangles 500 --shape plane -o "$folder/plane.ply" 2>/dev/null
-"$tools/spc-build" -q --no-triangles "$folder/plane.ply" -o "$folder/plane.spc"
+"$tools/spc-build" -q --no-triangles --normal-clusters 128 "$folder/plane.ply" -o "$folder/plane.spc"
 info --histogram normals "$folder/plane.spc"
 same "filled directions" "$(sed '1,2d;/total/d' "$folder/out" | grep -c '[#=]$')" 1
 grep -E '^ +-?0\.1[0-9] +-?0\.[01][0-9] +0\.9[0-9] ' "$folder/out" | grep -q ' 100.00 100.00 [#=]*$' ||
