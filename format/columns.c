@@ -130,7 +130,8 @@ static void put_inner_families(const struct columns *c, const uint8_t *payload, 
     for (uint32_t f = 0; f < c->family_count; first += c->families[f++].size) {
         if (c->families[f].parent != COLUMNS_NO_NODE)
             continue;
-        b->word[orphans++] = load_u16(node_in(c, payload, first) + ND_E_PARENT) >> c->e_shift;
+        b->word[orphans++] =
+            (uint16_t)(load_u16(node_in(c, payload, first) + ND_E_PARENT) >> c->e_shift);
         for (uint32_t k = 0; k < c->families[f].size; k++)
             b->byte[nodes++] = node_in(c, payload, first + k)[ND_LINK];
     }

@@ -94,7 +94,7 @@ static void put_positions(const struct columns *c, const uint8_t *payload, uint1
         for (uint32_t i = 0; i < c->n; i++) {
             const uint8_t *p = record_of(c, payload, i);
             const int shift = position_shift(c, load_u16(p + ND_RADIUS));
-            const uint32_t was = load_u16(model_of(c, payload, i) + ND_X + 2 * a) >> shift;
+            const int was = load_u16(model_of(c, payload, i) + ND_X + 2 * a) >> shift;
             word[i] = zigzag16((uint16_t)((load_u16(p + ND_X + 2 * a) >> shift) - was));
         }
         planes_put16(w, word, c->n);
@@ -166,10 +166,11 @@ enum spc_status node_columns_put(const struct columns *c, const uint8_t *payload
     planes_put16(w, word, c->n);
     for (uint32_t i = 0; i < c->n; i++) {
         const uint8_t *p = record_of(c, payload, i);
-        const uint16_t e_self = load_u16(p + ND_E_SELF);
-        word[i] = c->block->kind == SPC_BLOCK_INNER
-            ? (uint16_t)((load_u16(p + ND_E_PARENT) - e_self) >> c->e_shift)
-            : zigzag16((uint16_t)(load_u16(model_of(c, payload, i) + ND_E_SELF) - e_self));
+        const bool inner = c->block->kind == SPC_BLOCK_INNER;
+        const int from = inner ? load_u16(p + ND_E_PARENT)
+                               : load_u16(model_of(c, payload, i) + ND_E_SELF);
+        const uint16_t d = (uint16_t)(from - load_u16(p + ND_E_SELF));
+        word[i] = inner ? (uint16_t)(d >> c->e_shift) : zigzag16(d);
     }
     planes_put16(w, word, c->n);
     for (uint32_t i = 0; i < c->n; i++)
@@ -218,7 +219,7 @@ static void get_node(const struct columns *c, const struct node_arrays *in, uint
     store_u16(p + ND_RADIUS, (uint16_t)(radius << c->radius_shift));
     const int shift = position_shift(c, load_u16(p + ND_RADIUS));
     for (int a = 0; a < 3; a++) {
-        const uint32_t was = load_u16(model + ND_X + 2 * a) >> shift;
+        const uint32_t was = (uint32_t)load_u16(model + ND_X + 2 * a) >> shift;
         store_u16(p + ND_X + 2 * a,
                   (uint16_t)((was + unzigzag16(in->position[a][i])) << shift));
     }
