@@ -106,10 +106,37 @@ static uint32_t child_code_at(const struct columns *c, const uint8_t *payload, u
     return payload[c->layout->children + at / 2] >> 4 * (at & 1) & 15;
 }
 
+/* Normal clusters, the one met last first: neighbours mostly face the same way. */
+struct recent {
+    uint8_t group[SPC_NORMAL_CLUSTERS_MAX];
+};
+
+static void recent_init(struct recent *r)
+{
+    for (uint32_t g = 0; g < SPC_NORMAL_CLUSTERS_MAX; g++)
+        r->group[g] = (uint8_t)g;
+}
+
+/* The one at rank comes to the front. */
+static uint8_t recent_take(struct recent *r, uint32_t rank)
+{
+    const uint8_t group = r->group[rank];
+    memmove(r->group + 1, r->group, rank);
+    r->group[0] = group;
+    return group;
+}
+
 static void put_groups(const struct columns *c, struct buffers *b, struct planes_writer *w)
 {
-    for (uint32_t f = 0; f < c->family_count; f++)
-        b->byte[f] = c->families[f].group;
+    struct recent recent;
+    recent_init(&recent);
+    for (uint32_t f = 0; f < c->family_count; f++) {
+        uint8_t rank = 0;
+        while (recent.group[rank] != c->families[f].group)
+            rank++;
+        b->byte[f] = rank;
+        recent_take(&recent, rank);
+    }
     planes_put8(w, b->byte, c->family_count);
 }
 
@@ -287,13 +314,17 @@ static bool kids_ok(const uint8_t *kids, uint32_t n)
 
 static bool get_groups(struct columns *c, struct buffers *b, struct planes_reader *r)
 {
-    bool ok = true;
+    struct recent recent;
+    recent_init(&recent);
     planes_get8(r, b->byte, c->family_count);
     for (uint32_t f = 0; f < c->family_count; f++) {
-        c->families[f].group = b->byte[f];
-        ok &= b->byte[f] < c->frame->normal_clusters;
+        if (b->byte[f] >= SPC_NORMAL_CLUSTERS_MAX)
+            return false;
+        c->families[f].group = recent_take(&recent, b->byte[f]);
+        if (c->families[f].group >= c->frame->normal_clusters)
+            return false;
     }
-    return ok;
+    return true;
 }
 
 static void store_counts(const struct columns *c, const uint32_t *count, uint8_t *payload)

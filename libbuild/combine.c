@@ -18,6 +18,32 @@
 
 static const double OUTWARD = 1 + 0x1p-44;
 
+/*
+ * Inner nodes use half the steps of a normal code along each axis, which a degree or so between
+ * neighbours hides: the best of the four such codes around the direction.
+ */
+static uint16_t coarse_normal(const double n[3])
+{
+    const uint16_t fine = spc_normal_encode(n);
+    const int u = (fine & 0xFF) - 127, v = (fine >> 8) - 127;
+    double best_dot = -HUGE_VAL;
+    uint16_t best = fine;
+    for (int k = 0; k < 4; k++) {
+        const int cu = u + (u & 1 ? (k & 1 ? 1 : -1) : 0), cv = v + (v & 1 ? (k & 2 ? 1 : -1) : 0);
+        if (cu < -127 || cu > 127 || cv < -127 || cv > 127)
+            continue;
+        const uint16_t code = (uint16_t)((cu + 127) | (cv + 127) << 8);
+        double d[3];
+        spc_normal_decode(code, d);
+        const double dot = vec_dot(d, n);
+        if (dot > best_dot) {
+            best_dot = dot;
+            best = code;
+        }
+    }
+    return best;
+}
+
 static void average(const struct spb_node *children, uint32_t count, struct spb_node *out)
 {
     double weights[SPB_CHILDREN_MAX], sum = 0, n[3] = {0, 0, 0}, color[4] = {0, 0, 0, 0};
@@ -38,7 +64,7 @@ static void average(const struct spb_node *children, uint32_t count, struct spb_
         for (int a = 0; a < 4; a++)
             color[a] += weights[i] / sum * children[i].rgba[a];
     }
-    out->normal = spc_normal_encode(n);
+    out->normal = coarse_normal(n);
     for (int a = 0; a < 4; a++)
         out->rgba[a] = (uint8_t)(color[a] + 0.5);
 }

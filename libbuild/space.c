@@ -6,7 +6,7 @@
 enum {
     VERTEX_BITS_MIN = 10,           /* lattice at least this fine, in bits of the longest side */
     VERTEX_BITS_MAX = 46,           /* and at most: products of three stay inside a double's range */
-    EDGE_BITS = 4,                  /* steps per short edge: 2^5 */
+    EDGE_BITS = 5,                  /* steps per short edge: 2^5 */
 };
 
 static int exponent_of(double v)    /* v < 2^e, v >= 2^(e-1) */
