@@ -56,7 +56,20 @@ struct spc_reader {
 };
 
 /* Smallest link code whose value is >= v; 255 when none is. */
-uint8_t spc_link_bound(double v, int base);
+static inline uint8_t spc_link_bound(double v, int base)
+{
+    if (v <= (double)spc_link_decode(0, base))
+        return 0;
+    if (v > (double)spc_link_decode(255, base))
+        return 255;
+    const float nearest = (float)v;
+    uint32_t bits;
+    memcpy(&bits, &nearest, sizeof bits);
+    uint32_t code = (bits >> 20) - ((uint32_t)(base + 127) << 3);   /* may lie a step below v */
+    while ((double)spc_link_decode((uint8_t)code, base) < v)
+        code++;
+    return (uint8_t)code;
+}
 
 /* What the blocks of a cluster count from. */
 struct spc_frame spc_reader_frame(const struct spc_reader *reader, uint32_t cluster);

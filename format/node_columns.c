@@ -16,20 +16,27 @@
 static const uint8_t NOTHING[ND_SIZE] = {[ND_NORMAL] = 127, [ND_NORMAL + 1] = 127};
 static const uint8_t WHITE[4] = {255, 255, 255, 255};
 
-uint8_t spc_link_record(const struct spc_block *b, const struct spc_frame *frame,
-                        const uint8_t *p, const uint8_t *parent)
+/* scale: units per position step. */
+static inline uint8_t link_code(const uint8_t *p, const uint8_t *parent, double scale,
+                                double diagonal, int link_base)
 {
     double square = 0;
     for (int a = 0; a < 3; a++) {
         const double d = load_u16(p + ND_X + 2 * a) - load_u16(parent + ND_X + 2 * a);
         square += d * d;
     }
-    const double distance = ldexp(sqrt(square), b->step_exp - frame->unit_exp);
     const double radius = (double)spc_len_decode(load_u16(p + ND_RADIUS));
     const double above = (double)spc_len_decode(load_u16(parent + ND_RADIUS));
     const double more = above > radius ? above - radius : 0;
-    const double need = (distance + more + (double)b->diagonal * 0x1p-20) * (1 + 0x1p-40);
-    return spc_link_bound(need, b->link_base);
+    return spc_link_bound((sqrt(square) * scale + more + diagonal * 0x1p-20) * (1 + 0x1p-40),
+                          link_base);
+}
+
+uint8_t spc_link_record(const struct spc_block *b, const struct spc_frame *frame,
+                        const uint8_t *p, const uint8_t *parent)
+{
+    return link_code(p, parent, ldexp(1, b->step_exp - frame->unit_exp), (double)b->diagonal,
+                     b->link_base);
 }
 
 static const uint8_t *model_of(const struct columns *c, const uint8_t *payload, uint32_t i)
@@ -209,7 +216,7 @@ static void *arrays_create(uint32_t n, struct node_arrays *out)
 }
 
 static void get_node(const struct columns *c, const struct node_arrays *in, uint32_t i,
-                     uint8_t *payload)
+                     double scale, uint8_t *payload)
 {
     uint8_t *p = payload + c->layout->nodes + (size_t)ND_SIZE * c->place[i];
     const uint8_t *model = model_of(c, payload, i);
@@ -232,7 +239,7 @@ static void get_node(const struct columns *c, const struct node_arrays *in, uint
     store_u16(p + ND_E_SELF, (uint16_t)e);
     p[ND_HEIGHT] = (uint8_t)(in->height[i] << c->height_shift | ((1 << c->height_shift) - 1));
     if (child)
-        p[ND_LINK] = spc_link_record(c->block, c->frame, p, model);
+        p[ND_LINK] = link_code(p, model, scale, (double)c->block->diagonal, c->block->link_base);
     if (c->layout->colors) {
         const uint8_t d[4] = {in->color[0][i], in->color[1][i], in->color[2][i], in->color[3][i]};
         columns_color_sum(d, color_model(c, payload, i),
@@ -256,8 +263,9 @@ enum spc_status node_columns_get(const struct columns *c, struct planes_reader *
     planes_get8(r, in.height, c->n);
     for (int k = 0; k < 4 && c->layout->colors; k++)
         planes_get8(r, in.color[k], c->n);
+    const double scale = ldexp(1, c->block->step_exp - c->frame->unit_exp);
     for (uint32_t i = 0; i < c->n; i++)
-        get_node(c, &in, i, payload);
+        get_node(c, &in, i, scale, payload);
     free(memory);
     return SPC_OK;
 }

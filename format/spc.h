@@ -24,6 +24,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -99,9 +100,18 @@ uint16_t spc_len_encode_up(double v);
 uint16_t spc_len_encode_down(double v);
 
 /* Value of a code, exact; +infinity for SPC_LEN_ROOT. */
-float spc_len_decode(uint16_t code);
+static inline float spc_len_decode(uint16_t code)
+{
+    const uint32_t bits = (uint32_t)code << 15;
+    float v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
 
-bool spc_len_valid(uint16_t code);
+static inline bool spc_len_valid(uint16_t code)
+{
+    return code == SPC_LEN_ZERO || (code >= SPC_LEN_MIN && code <= SPC_LEN_MAX);
+}
 
 /*
  * Normal code: octahedral, two bytes nu | nv << 8, each 0..254 for -127..127. Decoding gives
@@ -110,11 +120,20 @@ bool spc_len_valid(uint16_t code);
 uint16_t spc_normal_encode(const double n[3]);                 /* nearest of the codes around n */
 void spc_normal_decode_int(uint16_t code, int n[3]);           /* |x|+|y|+|z| = 127 */
 void spc_normal_decode(uint16_t code, double n[3]);            /* unit length */
-bool spc_normal_valid(uint16_t code);
+static inline bool spc_normal_valid(uint16_t code)
+{
+    return (code & 0xFF) != 0xFF && code >> 8 != 0xFF;
+}
 
 /* Link code: (1 + m/8) 2^(base + e), code = e << 3 | m; see struct spc_block. */
 uint8_t spc_link_encode_up(double v, int base);
-float spc_link_decode(uint8_t code, int base);
+static inline float spc_link_decode(uint8_t code, int base)
+{
+    const uint32_t bits = (uint32_t)(base + (code >> 3) + 127) << 23 | (uint32_t)(code & 7) << 20;
+    float v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
 int spc_link_base(double link_max);                            /* base for a block's largest */
 
 /* ---- what an archive holds ------------------------------------------------------------------ */

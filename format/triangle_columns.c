@@ -14,8 +14,10 @@
 struct triangle_arrays {            /* columns of n triangles and v vertices, in one allocation */
     uint64_t *residual[3];          /* [v] */
     uint64_t (*vertex)[3];          /* [v] offsets from the base, modulo 2^(8 width) */
-    uint16_t (*model)[3];           /* [v] vertices that it is told from: see tell_from */
+    uint16_t (*model)[3];           /* [v + 1] vertices that it is told from: see tell_from */
     uint16_t *explicit;             /* [3 n] */
+    uint16_t (*corner)[3];          /* [n] vertices of the triangles */
+    double (*at)[3];                /* [v] vertices, from the cluster's origin */
     uint8_t *edge, *third;          /* [n] */
     uint8_t *loose;                 /* [3 n] */
     uint8_t *color[4];              /* [v] */
@@ -23,14 +25,16 @@ struct triangle_arrays {            /* columns of n triangles and v vertices, in
 
 static void *arrays_create(uint32_t n, uint32_t v, struct triangle_arrays *out)
 {
-    uint64_t *wide = malloc((size_t)v * (6 * sizeof *wide + 6 + 4) + (size_t)n * (6 + 5) + 8);
+    uint64_t *wide = malloc((size_t)v * (9 * sizeof *wide + 6 + 4) + (size_t)n * (12 + 5) + 16);
     if (wide == NULL)
         return NULL;
     for (uint32_t a = 0; a < 3; a++)
         out->residual[a] = wide + (size_t)v * a;
     out->vertex = (uint64_t (*)[3])(wide + (size_t)v * 3);
-    out->model = (uint16_t (*)[3])(wide + (size_t)v * 6);
-    out->explicit = (uint16_t *)(out->model + v);
+    out->at = (double (*)[3])(wide + (size_t)v * 6);
+    out->model = (uint16_t (*)[3])(wide + (size_t)v * 9);
+    out->corner = out->model + v + 1;
+    out->explicit = (uint16_t *)(out->corner + n);
     uint8_t *byte = (uint8_t *)(out->explicit + (size_t)3 * n);
     out->edge = byte;
     out->third = byte + n;
@@ -225,29 +229,43 @@ static bool hear_loose(struct hearing *h, uint32_t q[3])
     return true;
 }
 
-static bool hear_triangle(struct hearing *h, uint32_t code, uint32_t q[3])
+/*
+ * A triangle on a known edge. Whether its third corner is new cannot be foreseen, so that choice
+ * is made without a branch: the model is written either way, and counts only if seen moves on.
+ */
+static bool hear_on_edge(struct hearing *h, uint32_t code, uint32_t q[3])
 {
     struct triangle_state *s = &h->s;
-    if (code == EDGE_LOOSE) {
-        if (!hear_loose(h, q))
-            return false;
-    } else {
-        if (code == 255 || edge_age(code) >= s->ring.edges)
-            return false;
-        const uint32_t k = (s->ring.edges - 1 - edge_age(code)) & 255, seen = s->seen;
-        q[0] = code < EDGE_AGAINST ? s->ring.from[k] : s->ring.to[k];
-        q[1] = code < EDGE_AGAINST ? s->ring.to[k] : s->ring.from[k];
-        const uint32_t opposite = s->ring.opposite[k];
-        if (!hear_corner(h, h->t.third[s->thirds++], &q[2]))
-            return false;
-        if (s->seen > seen)
-            tell_from(h->t.model[seen], q[0], q[1], opposite);
-    }
-    edge_push_triangle(&s->ring, q[0], q[1], q[2], code == EDGE_LOOSE);
+    struct edge_ring *r = &s->ring;
+    const uint32_t age = edge_age(code), k = (r->edges - 1 - age) & 255;
+    const bool against = code >= EDGE_AGAINST;
+    const uint32_t third = h->t.third[s->thirds++];
+    if (age >= r->edges)
+        return false;
+    q[0] = against ? r->to[k] : r->from[k];
+    q[1] = against ? r->from[k] : r->to[k];
+    tell_from(h->t.model[s->seen], q[0], q[1], r->opposite[k]);
+    if (third == CORNER_EXPLICIT)
+        return hear_corner(h, third, &q[2]);
+    const uint32_t is_new = third == CORNER_NEW, known = r->corner[(r->corners - third) & 255];
+    if (third > r->corners || s->seen + is_new > h->c->block->vertex_count)
+        return false;
+    q[2] = is_new ? s->seen : known;
+    s->seen += is_new;
+    corner_push(r, q[2]);
     return true;
 }
 
-static bool hear_triangles(struct hearing *h, uint8_t *payload)
+static bool hear_triangle(struct hearing *h, uint32_t code, uint32_t q[3])
+{
+    const bool loose = code == EDGE_LOOSE;
+    if (code == 255 || !(loose ? hear_loose(h, q) : hear_on_edge(h, code, q)))
+        return false;
+    edge_push_triangle(&h->s.ring, q[0], q[1], q[2], loose);
+    return true;
+}
+
+static bool hear_triangles(struct hearing *h)
 {
     const struct columns *c = h->c;
     const struct triangle_state *s = &h->s;
@@ -255,9 +273,8 @@ static bool hear_triangles(struct hearing *h, uint8_t *payload)
         uint32_t q[3];
         if (!hear_triangle(h, h->t.edge[i], q))
             return false;
-        uint8_t *p = payload + c->layout->indices + (size_t)6 * c->place[i];
         for (int k = 0; k < 3; k++)
-            store_u16(p + 2 * k, (uint16_t)q[k]);
+            h->t.corner[i][k] = (uint16_t)q[k];
     }
     return s->seen == c->block->vertex_count && s->thirds == h->third_max &&
            s->looses == h->loose_max && s->explicits == h->explicit_max;
@@ -307,25 +324,27 @@ static void store_vertices(const struct columns *c, const struct triangle_arrays
 
 /* ---- leaves ------------------------------------------------------------------------------------ */
 
-/* Records of the triangles [first, first + count); base: of the vertices, from the origin. */
+/* Records and corners of the triangles [first, first + count). */
 static bool make_leaves(const struct columns *c, const struct triangle_arrays *t,
-                        const struct leaf_frame *frame, const int64_t base[3], uint32_t first,
-                        uint32_t count, uint8_t *payload)
+                        const struct leaf_frame *frame, uint32_t first, uint32_t count,
+                        uint8_t *payload)
 {
     struct leaf_batch batch;
     bool ok = true;
-    for (uint32_t i = 0; i < count; i++) {
-        const uint8_t *p = payload + c->layout->indices + (size_t)6 * c->place[first + i];
-        for (int k = 0; k < 3; k++) {
-            const uint64_t *at = t->vertex[load_u16(p + 2 * k)];
-            for (int a = 0; a < 3; a++)
-                batch.corner[k][a][i] = (double)((int64_t)at[a] + base[a]);
-        }
-    }
-    leaf_batch_run(frame, &batch, count);
     for (uint32_t i = 0; i < count; i++)
-        ok &= leaf_batch_store(&batch, i, payload + c->layout->nodes +
-                                              (size_t)ND_SIZE * c->place[first + i]);
+        for (int k = 0; k < 3; k++) {
+            const double *at = t->at[t->corner[first + i][k]];
+            for (int a = 0; a < 3; a++)
+                batch.corner[k][a][i] = at[a];
+        }
+    leaf_batch_run(frame, &batch, count);
+    for (uint32_t i = 0; i < count; i++) {
+        const size_t place = c->place[first + i];
+        uint8_t *p = payload + c->layout->indices + 6 * place;
+        ok &= leaf_batch_store(&batch, i, payload + c->layout->nodes + ND_SIZE * place);
+        for (int k = 0; k < 3; k++)
+            store_u16(p + 2 * k, t->corner[first + i][k]);
+    }
     return ok;
 }
 
@@ -333,7 +352,7 @@ static bool make_all_leaves(const struct columns *c, const struct triangle_array
                             uint8_t *payload)
 {
     struct leaf_frame frame;
-    int64_t base[3];
+    int64_t base[3];                /* of the vertices, from the cluster's origin */
     if (!leaf_frame_init(&frame, c->frame->origin, c->block->step_exp, c->frame->vertex_exp,
                          c->frame->unit_exp))
         return false;
@@ -343,9 +362,12 @@ static bool make_all_leaves(const struct columns *c, const struct triangle_array
             return false;
         base[a] -= frame.origin[a];
     }
+    for (uint32_t v = 0; v < c->block->vertex_count; v++)
+        for (int a = 0; a < 3; a++)
+            t->at[v][a] = (double)((int64_t)t->vertex[v][a] + base[a]);
     for (uint32_t first = 0; first < c->n; first += LEAF_BATCH) {
         const uint32_t count = c->n - first < LEAF_BATCH ? c->n - first : LEAF_BATCH;
-        if (!make_leaves(c, t, &frame, base, first, count, payload))
+        if (!make_leaves(c, t, &frame, first, count, payload))
             return false;
     }
     return true;
@@ -393,7 +415,7 @@ enum spc_status triangle_columns_get(const struct columns *c, struct planes_read
         planes_get64(r, h.t.residual[a], c->block->vertex_width, v);
     for (int k = 0; k < 4 && c->layout->vertex_colors; k++)
         planes_get8(r, h.t.color[k], v);
-    const bool ok = !r->broken && hear_triangles(&h, payload) && hear_vertices(c, &h.t, payload) &&
+    const bool ok = !r->broken && hear_triangles(&h) && hear_vertices(c, &h.t, payload) &&
                     make_all_leaves(c, &h.t, payload);
     if (ok) {
         store_vertices(c, &h.t, payload);

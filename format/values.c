@@ -17,23 +17,6 @@ static uint32_t float_bits(float v)
     return bits;
 }
 
-static float bits_float(uint32_t bits)
-{
-    float v;
-    memcpy(&v, &bits, sizeof v);
-    return v;
-}
-
-float spc_len_decode(uint16_t code)
-{
-    return bits_float((uint32_t)code << 15);
-}
-
-bool spc_len_valid(uint16_t code)
-{
-    return code == SPC_LEN_ZERO || (code >= SPC_LEN_MIN && code <= SPC_LEN_MAX);
-}
-
 uint16_t spc_len_encode_up(double v)
 {
     assert(v >= 0);
@@ -66,11 +49,6 @@ uint16_t spc_len_encode_down(double v)
 /* ---- normals ---------------------------------------------------------------------------------- */
 
 enum { OCT_HALF = 127 };            /* codes 0..254 stand for -127..127: the axes are exact */
-
-bool spc_normal_valid(uint16_t code)
-{
-    return (code & 0xFF) != 0xFF && code >> 8 != 0xFF;
-}
 
 void spc_normal_decode_int(uint16_t code, int n[3])
 {
@@ -142,12 +120,6 @@ uint16_t spc_normal_encode(const double n[3])
 
 enum { LINK_BASE_MIN = -126, LINK_BASE_MAX = 96 };      /* value stays a normal float32 */
 
-float spc_link_decode(uint8_t code, int base)
-{
-    const uint32_t exponent = (uint32_t)(base + (code >> 3) + 127);
-    return bits_float(exponent << 23 | (uint32_t)(code & 7) << 20);
-}
-
 int spc_link_base(double link_max)
 {
     int exponent = 0;
@@ -156,19 +128,6 @@ int spc_link_base(double link_max)
     if (link_max <= 0 || base < LINK_BASE_MIN)
         base = LINK_BASE_MIN;
     return base > LINK_BASE_MAX ? LINK_BASE_MAX : base;
-}
-
-uint8_t spc_link_bound(double v, int base)
-{
-    if (v <= (double)spc_link_decode(0, base))
-        return 0;
-    if (v > (double)spc_link_decode(255, base))
-        return 255;
-    const uint32_t first = (uint32_t)(base + 127) << 3;
-    uint32_t code = (float_bits((float)v) >> 20) - first;       /* may lie a step below v */
-    while ((double)spc_link_decode((uint8_t)code, base) < v)
-        code++;
-    return (uint8_t)code;
 }
 
 uint8_t spc_link_encode_up(double v, int base)
