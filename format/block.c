@@ -157,22 +157,34 @@ enum spc_status spc_payload_check(const struct spc_block *b, const struct spc_bl
 
 /* ---- decode and encode ------------------------------------------------------------------------- */
 
+static enum spc_status decode_payload(const struct spc_block *b, const struct spc_frame *frame,
+                                      const struct spc_block_layout *layout, const uint8_t *stored,
+                                      uint8_t *out, struct spc_error *err)
+{
+    enum spc_status status = SPC_OK;
+    if (b->codec == SPC_CODEC_RAW)
+        memcpy(out, stored, layout->bytes);
+    else
+        status = columns_decode(b, layout, frame, stored, b->stored_bytes, out, err);
+    return status == SPC_OK
+        ? spc_payload_check(b, layout, frame->normal_clusters, out, err) : status;
+}
+
 enum spc_status spc_block_decode(const struct spc_reader *r, uint32_t index, bool check, void *out,
                                  struct spc_error *err)
 {
     struct spc_block b;
-    struct spc_cluster c;
     struct spc_block_layout layout;
     uint8_t chunk[CH_SIZE];
     spc_reader_block(r, index, &b);
     if (!spc_block_layout(&b, r->header.flags, r->header.normal_clusters, &layout))
         return spc_fail(err, SPC_LIMIT, b.off, "block %u is over the limits", index);
     const uint8_t *at = r->bytes + b.off;
+    const struct spc_frame frame = spc_reader_frame(r, b.cluster);
     if (check) {
-        if (XXH64(at, spc_block_chunk_bytes(&b), 0) != b.hash)
+        if (spc_chunk_hash(at, spc_block_chunk_bytes(&b)) != b.hash)
             return spc_fail(err, SPC_CHECKSUM, b.off, "checksum of block %u does not match", index);
-        spc_reader_cluster(r, b.cluster, &c);
-        spc_chunk_encode(&b, index, c.origin, chunk);
+        spc_chunk_encode(&b, &frame, chunk);
         if (memcmp(chunk, at, CH_SIZE) != 0)
             return spc_fail(err, SPC_CORRUPT, b.off, "header of block %u is not the directory's",
                             index);
@@ -180,16 +192,37 @@ enum spc_status spc_block_decode(const struct spc_reader *r, uint32_t index, boo
         if (!all_zero(at + end, spc_block_chunk_bytes(&b) - end))
             return spc_fail(err, SPC_CORRUPT, b.off, "padding behind block %u is not zero", index);
     }
-    if (b.codec == SPC_CODEC_RAW) {
-        memcpy(out, at + CH_SIZE, layout.bytes);
-    } else {
-        const struct spc_frame frame = spc_reader_frame(r, b.cluster);
-        const enum spc_status status =
-            columns_decode(&b, &layout, &frame, at + CH_SIZE, b.stored_bytes, out, err);
-        if (status != SPC_OK)
-            return status;
+    return decode_payload(&b, &frame, &layout, at + CH_SIZE, out, err);
+}
+
+bool spc_chunk_find(const uint8_t *bytes, uint64_t size, uint64_t *at, struct spc_block *b,
+                    struct spc_frame *frame)
+{
+    struct spc_block_layout layout;
+    for (*at = align_up(*at, SPC_CHUNK_ALIGN); range_fits(*at, CH_SIZE, size);
+         *at += SPC_CHUNK_ALIGN) {
+        if (load_u32(bytes + *at + CH_MAGIC) != CH_MAGIC_VALUE)
+            continue;
+        spc_chunk_parse(bytes + *at, *at, b, frame);
+        if (range_fits(*at, spc_block_chunk_bytes(b), size) && b->kind <= SPC_BLOCK_LEAF &&
+            b->codec <= SPC_CODEC_ZSTD && b->node_count > 0 && frame->normal_clusters > 0 &&
+            spc_exponents_ok(b, frame) &&
+            spc_block_ok(b, frame->flags, frame->normal_clusters, &layout) &&
+            spc_chunk_hash(bytes + *at, spc_block_chunk_bytes(b)) == b->hash) {
+            b->raw_bytes = layout.bytes;
+            return true;
+        }
     }
-    return spc_payload_check(&b, &layout, r->header.normal_clusters, out, err);
+    return false;
+}
+
+enum spc_status spc_chunk_decode(const uint8_t *bytes, const struct spc_block *b,
+                                 const struct spc_frame *frame, void *out, struct spc_error *err)
+{
+    struct spc_block_layout layout;
+    if (!spc_block_layout(b, frame->flags, frame->normal_clusters, &layout))
+        return spc_fail(err, SPC_LIMIT, b->off, "a block is over the limits");
+    return decode_payload(b, frame, &layout, bytes + b->off + CH_SIZE, out, err);
 }
 
 /* Room for the table of planes and for the few bytes by which zstd may grow each of them. */
@@ -254,9 +287,9 @@ void spc_top_decode(const struct spc_reader *r, const struct spc_cluster *c, uin
     memcpy(out->rgba, c->tops[i].rgba, 4);
 }
 
-void spc_vertex_decode(const struct spc_reader *r, const struct spc_block *b,
-                       const struct spc_block_layout *l, const uint8_t *payload, uint32_t i,
-                       double xyz[3], uint8_t rgba[4])
+void spc_vertex_at(const struct spc_block *b, const struct spc_frame *frame,
+                   const struct spc_block_layout *l, const uint8_t *payload, uint32_t i,
+                   double xyz[3], uint8_t rgba[4])
 {
     const uint8_t *base = payload + l->vertex_base;
     const uint8_t *p = payload + l->vertices + (size_t)3 * b->vertex_width * i;
@@ -264,10 +297,18 @@ void spc_vertex_decode(const struct spc_reader *r, const struct spc_block *b,
         const uint64_t off = b->vertex_width == 2 ? load_u16(p)
                              : b->vertex_width == 4 ? load_u32(p) : load_u64(p);
         const int64_t lattice = (int64_t)load_u64(base + 8 * a) + (int64_t)off;
-        xyz[a] = ldexp((double)lattice, r->header.vertex_exp);
+        xyz[a] = ldexp((double)lattice, frame->vertex_exp);
     }
     if (rgba != NULL && l->vertex_colors != 0)
         memcpy(rgba, payload + l->vertex_colors + 4 * (size_t)i, 4);
     else if (rgba != NULL)
         memset(rgba, 255, 4);
+}
+
+void spc_vertex_decode(const struct spc_reader *r, const struct spc_block *b,
+                       const struct spc_block_layout *l, const uint8_t *payload, uint32_t i,
+                       double xyz[3], uint8_t rgba[4])
+{
+    const struct spc_frame frame = {.vertex_exp = r->header.vertex_exp};
+    spc_vertex_at(b, &frame, l, payload, i, xyz, rgba);
 }

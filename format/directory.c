@@ -7,6 +7,7 @@
 #include "bytes.h"
 
 #include <math.h>
+#include <xxhash.h>
 
 static void store_floats(uint8_t *p, const float *v, int n)
 {
@@ -146,25 +147,62 @@ void spc_block_record_decode(const uint8_t *in, struct spc_block *b)
     b->hash = load_u64(in + BL_HASH);
 }
 
-void spc_chunk_encode(const struct spc_block *b, uint32_t index, const double origin[3],
-                      uint8_t *out)
+void spc_chunk_encode(const struct spc_block *b, const struct spc_frame *frame, uint8_t *out)
 {
     store_u32(out + CH_MAGIC, CH_MAGIC_VALUE);
-    store_u32(out + CH_BYTES, CH_SIZE);
-    store_u32(out + CH_CLUSTER, b->cluster);
-    store_u32(out + CH_BLOCK, index);
+    store_u16(out + CH_UNIT_EXP, (uint16_t)frame->unit_exp);
+    store_u16(out + CH_VERTEX_EXP, (uint16_t)frame->vertex_exp);
+    store_u64(out + CH_HASH, b->hash);
     out[CH_KIND] = (uint8_t)b->kind;
     out[CH_CODEC] = (uint8_t)b->codec;
     out[CH_VERTEX_WIDTH] = (uint8_t)b->vertex_width;
-    out[CH_ZERO_1] = 0;
+    out[CH_FLAGS] = (uint8_t)frame->flags;
     store_u32(out + CH_NODE_COUNT, b->node_count);
     store_u32(out + CH_VERTEX_COUNT, b->vertex_count);
     store_u32(out + CH_STORED_BYTES, b->stored_bytes);
     store_f32(out + CH_DIAGONAL, b->diagonal);
     store_u16(out + CH_STEP_EXP, (uint16_t)b->step_exp);
-    store_u16(out + CH_LINK_BASE, (uint16_t)b->link_base);
+    out[CH_LINK_BASE] = (uint8_t)b->link_base;
+    out[CH_NORMAL_CLUSTERS] = (uint8_t)frame->normal_clusters;
     for (int a = 0; a < 3; a++)
-        store_f64(out + CH_ORIGIN + 8 * a, origin[a]);
+        store_f64(out + CH_ORIGIN + 8 * a, frame->origin[a]);
+}
+
+void spc_chunk_parse(const uint8_t *in, uint64_t off, struct spc_block *b, struct spc_frame *frame)
+{
+    *b = (struct spc_block){
+        .off = off, .hash = load_u64(in + CH_HASH), .cluster = SPC_NONE,
+        .kind = (enum spc_block_kind)in[CH_KIND], .codec = (enum spc_codec)in[CH_CODEC],
+        .vertex_width = in[CH_VERTEX_WIDTH], .node_count = load_u32(in + CH_NODE_COUNT),
+        .vertex_count = load_u32(in + CH_VERTEX_COUNT),
+        .stored_bytes = load_u32(in + CH_STORED_BYTES), .diagonal = load_f32(in + CH_DIAGONAL),
+        .step_exp = (int16_t)load_u16(in + CH_STEP_EXP), .link_base = (int8_t)in[CH_LINK_BASE],
+    };
+    *frame = (struct spc_frame){
+        .flags = in[CH_FLAGS], .normal_clusters = in[CH_NORMAL_CLUSTERS],
+        .unit_exp = (int16_t)load_u16(in + CH_UNIT_EXP),
+        .vertex_exp = (int16_t)load_u16(in + CH_VERTEX_EXP),
+    };
+    for (int a = 0; a < 3; a++)
+        frame->origin[a] = load_f64(in + CH_ORIGIN + 8 * a);
+}
+
+uint64_t spc_chunk_hash(const uint8_t *chunk, uint64_t chunk_bytes)
+{
+    return XXH64(chunk + CH_KIND, chunk_bytes - CH_KIND, load_u64(chunk));
+}
+
+bool spc_block_ok(const struct spc_block *b, uint32_t flags, uint32_t normal_clusters,
+                  struct spc_block_layout *layout)
+{
+    const bool triangles = b->kind == SPC_BLOCK_LEAF && (flags & SPC_FLAG_TRIANGLES) != 0;
+    const bool width_ok = triangles
+        ? b->vertex_width == 2 || b->vertex_width == 4 || b->vertex_width == 8
+        : b->vertex_width == 0;
+    return width_ok && (triangles ? b->vertex_count > 0 : b->vertex_count == 0) &&
+           spc_block_layout(b, flags, normal_clusters, layout) && b->diagonal >= 0 &&
+           isfinite(b->diagonal) &&
+           (b->codec != SPC_CODEC_RAW || b->stored_bytes == layout->bytes);
 }
 
 /* ---- checks ------------------------------------------------------------------------------------ */
@@ -210,10 +248,11 @@ static bool cluster_values_ok(const struct spc_cluster *c, uint32_t id)
            range_ok(c->link_max, c->sub_link_max) && isfinite(c->sub_link_max);
 }
 
-static bool exponents_ok(int32_t step_exp, int32_t link_base)
+static bool exponents_ok(int32_t step_exp, int32_t link_base, int32_t unit_exp)
 {
     return step_exp >= SPC_EXP_MIN && step_exp <= SPC_EXP_MAX && link_base >= -126 &&
-           link_base <= 96;
+           link_base <= 96 && step_exp - unit_exp >= -SPC_EXP_SPAN &&
+           step_exp - unit_exp <= SPC_EXP_SPAN;
 }
 
 /* No node of a cluster with this origin lies at infinity. */
@@ -226,7 +265,7 @@ static bool positions_ok(const double origin[3], int32_t step_exp)
     return true;
 }
 
-static bool tops_ok(const struct spc_cluster *c, const uint8_t *record)
+static bool tops_ok(const struct spc_cluster *c, const uint8_t *record, int32_t unit_exp)
 {
     if (record[CL_TOP_LEAF_BITS] >> c->top_count != 0 ||
         !all_zero(record + CL_ZERO_1, CL_ZERO_1_LEN) ||
@@ -235,11 +274,18 @@ static bool tops_ok(const struct spc_cluster *c, const uint8_t *record)
                   (uint64_t)TP_SIZE * (SPC_TOPS_MAX - c->top_count)))
         return false;
     for (uint32_t t = 0; t < c->top_count; t++)
-        if (!exponents_ok(c->tops[t].step_exp, c->tops[t].link_base) ||
+        if (!exponents_ok(c->tops[t].step_exp, c->tops[t].link_base, unit_exp) ||
             !positions_ok(c->origin, c->tops[t].step_exp) ||
             !spc_record_ok(c->tops[t].record))
             return false;
     return true;
+}
+
+bool spc_exponents_ok(const struct spc_block *b, const struct spc_frame *frame)
+{
+    return exponents_ok(b->step_exp, b->link_base, frame->unit_exp) &&
+           positions_ok(frame->origin, b->step_exp) &&
+           spc_units_ok(frame->unit_exp, frame->vertex_exp);
 }
 
 static enum spc_status check_block(const struct spc_reader *r, const struct spc_cluster *c,
@@ -256,15 +302,7 @@ static enum spc_status check_block(const struct spc_reader *r, const struct spc_
                         id);
     if (b.codec > SPC_CODEC_ZSTD)
         return spc_fail(err, SPC_FEATURE, record + BL_CODEC, "block %u has an unknown codec", index);
-    const bool triangles =
-        b.kind == SPC_BLOCK_LEAF && (r->header.flags & SPC_FLAG_TRIANGLES) != 0;
-    const bool width_ok = triangles
-        ? b.vertex_width == 2 || b.vertex_width == 4 || b.vertex_width == 8
-        : b.vertex_width == 0;
-    if (!width_ok || (triangles ? b.vertex_count == 0 : b.vertex_count != 0) ||
-        !spc_block_layout(&b, r->header.flags, r->header.normal_clusters, &layout) ||
-        !(b.diagonal >= 0 && isfinite(b.diagonal)) ||
-        (b.codec == SPC_CODEC_RAW && b.stored_bytes != layout.bytes))
+    if (!spc_block_ok(&b, r->header.flags, r->header.normal_clusters, &layout))
         return spc_fail(err, SPC_CORRUPT, record, "block %u has sizes that contradict each other",
                         index);
     if (b.off != *at || !range_fits(b.off, spc_block_chunk_bytes(&b), r->size))
@@ -273,7 +311,7 @@ static enum spc_status check_block(const struct spc_reader *r, const struct spc_
     if (!range_ok(b.e_parent_min, b.e_parent_max) || !(b.e_parent_max <= c->e_parent_max) ||
         !(b.e_self_min >= c->e_self_min) || !isfinite(b.e_self_min) || !(b.link_max >= 0) ||
         !(b.link_max <= c->link_max) || !(b.radius_max >= 0) || !(b.radius_max <= c->radius_max) ||
-        !exponents_ok(b.step_exp, b.link_base) || !positions_ok(c->origin, b.step_exp))
+        !exponents_ok(b.step_exp, b.link_base, r->header.unit_exp) || !positions_ok(c->origin, b.step_exp))
         return spc_fail(err, SPC_CORRUPT, record, "block %u has ranges outside its cluster's",
                         index);
     *at += spc_block_chunk_bytes(&b);
@@ -295,7 +333,7 @@ static enum spc_status check_cluster(const struct spc_reader *r, uint32_t id, st
     const uint64_t record = r->sections[SE_CLUS].off + (uint64_t)id * CL_SIZE;
     struct spc_cluster c;
     spc_cluster_decode(r->bytes + record, &c);
-    if (!cluster_values_ok(&c, id) || !tops_ok(&c, r->bytes + record))
+    if (!cluster_values_ok(&c, id) || !tops_ok(&c, r->bytes + record, h->unit_exp))
         return spc_fail(err, SPC_CORRUPT, record, "cluster %u holds impossible values", id);
     if (c.child_first != (c.child_count ? w->next_child : 0) ||
         c.child_count > h->cluster_count - w->next_child)

@@ -26,9 +26,25 @@ void spc_cluster_decode(const uint8_t *in, struct spc_cluster *out);
 void spc_block_record_encode(const struct spc_block *block, uint8_t *out);
 void spc_block_record_decode(const uint8_t *in, struct spc_block *out);
 
-/* Chunk header of a block of a cluster with this origin. out[CH_SIZE] */
-void spc_chunk_encode(const struct spc_block *block, uint32_t index, const double origin[3],
-                      uint8_t *out);
+/* Chunk header out[CH_SIZE] of a block; with its hash, which covers the rest of the chunk. */
+void spc_chunk_encode(const struct spc_block *block, const struct spc_frame *frame, uint8_t *out);
+
+/* The same read back: any bytes; off: where it lies. Ranges and cluster are not known from it. */
+void spc_chunk_parse(const uint8_t *in, uint64_t off, struct spc_block *block,
+                     struct spc_frame *frame);
+
+/* Hash of a chunk but for its magic, exponents and hash; the first eight bytes are the seed. */
+uint64_t spc_chunk_hash(const uint8_t *chunk, uint64_t chunk_bytes);
+
+/* Exponents of an archive are within the limits, and near each other. */
+bool spc_units_ok(int32_t unit_exp, int32_t vertex_exp);
+
+/* Exponents and origin are within the limits, and every position is finite. */
+bool spc_exponents_ok(const struct spc_block *block, const struct spc_frame *frame);
+
+/* Sizes of a block agree with each other and the limits; fills layout. */
+bool spc_block_ok(const struct spc_block *block, uint32_t flags, uint32_t normal_clusters,
+                  struct spc_block_layout *layout);
 
 /* Every range, count and order of the directory, once (level 1 of verify runs the same). */
 enum spc_status spc_directory_check(const struct spc_reader *reader, struct spc_error *err);

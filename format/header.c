@@ -91,6 +91,12 @@ static void load_fields(const uint8_t *in, struct spc_header *h)
     h->e_max = load_f32(in + HD_E_MAX);
 }
 
+bool spc_units_ok(int32_t unit, int32_t vertex)
+{
+    return unit >= SPC_EXP_MIN && unit <= SPC_EXP_MAX && vertex >= SPC_EXP_MIN &&
+           vertex <= SPC_EXP_MAX && vertex - unit >= -SPC_EXP_SPAN && vertex - unit <= SPC_EXP_SPAN;
+}
+
 static enum spc_status check_limits(const struct spc_header *h, struct spc_error *err)
 {
     if (h->cluster_count > SPC_CLUSTERS_MAX)
@@ -105,12 +111,9 @@ static enum spc_status check_limits(const struct spc_header *h, struct spc_error
     if (h->block_nodes < 1 || h->block_nodes > SPC_BLOCK_NODES_MAX || h->cluster_nodes < 1 ||
         h->cluster_nodes > SPC_CLUSTER_NODES_MAX)
         return spc_fail(err, SPC_LIMIT, HD_CLUSTER_NODES, "cluster or block size over the limit");
+    if (!spc_units_ok(h->unit_exp, h->vertex_exp))
+        return spc_fail(err, SPC_LIMIT, HD_UNIT_EXP, "unit or lattice exponent out of range");
     return SPC_OK;
-}
-
-static bool exp_ok(int32_t e)
-{
-    return e >= SPC_EXP_MIN && e <= SPC_EXP_MAX;
 }
 
 /* faces_in + split_extra + points_in = leaves + dropped, without wrapping (I11) */
@@ -134,8 +137,6 @@ static enum spc_status check_values(const struct spc_header *h, struct spc_error
     if (h->triangle_count != (hybrid ? h->leaf_count : 0) || (!hybrid && h->vertex_count != 0))
         return spc_fail(err, SPC_CORRUPT, HD_TRIANGLE_COUNT,
                         "triangle and vertex counts contradict the flags");
-    if (!exp_ok(h->unit_exp) || !exp_ok(h->vertex_exp))
-        return spc_fail(err, SPC_CORRUPT, HD_UNIT_EXP, "unit or lattice exponent out of range");
     for (int a = 0; a < 3; a++)
         if (!isfinite(h->box_min[a]) || !isfinite(h->box_max[a]) || h->box_min[a] > h->box_max[a])
             return spc_fail(err, SPC_CORRUPT, HD_BOX, "box is not a box");

@@ -133,19 +133,20 @@ enum { BL_SIZE = 64 };
 /* spec section 6.1, table "chunk header" */
 #define SPC_CHUNK_LAYOUT(X)             \
     X(CH_MAGIC, 0, 4)                   \
-    X(CH_BYTES, 4, 4)                   \
-    X(CH_CLUSTER, 8, 4)                 \
-    X(CH_BLOCK, 12, 4)                  \
+    X(CH_UNIT_EXP, 4, 2)                \
+    X(CH_VERTEX_EXP, 6, 2)              \
+    X(CH_HASH, 8, 8)                    \
     X(CH_KIND, 16, 1)                   \
     X(CH_CODEC, 17, 1)                  \
     X(CH_VERTEX_WIDTH, 18, 1)           \
-    X(CH_ZERO_1, 19, 1)                 \
+    X(CH_FLAGS, 19, 1)                  \
     X(CH_NODE_COUNT, 20, 4)             \
     X(CH_VERTEX_COUNT, 24, 4)           \
     X(CH_STORED_BYTES, 28, 4)           \
     X(CH_DIAGONAL, 32, 4)               \
     X(CH_STEP_EXP, 36, 2)               \
-    X(CH_LINK_BASE, 38, 2)              \
+    X(CH_LINK_BASE, 38, 1)              \
+    X(CH_NORMAL_CLUSTERS, 39, 1)        \
     X(CH_ORIGIN, 40, 24)
 enum { CH_SIZE = 64, CH_MAGIC_VALUE = 0x4B435053 };     /* "SPCK" */
 
@@ -199,6 +200,7 @@ enum {
     SPC_CHUNK_ALIGN = 64,
     SPC_ARRAY_ALIGN = 16,
     SPC_EXP_MIN = -1100, SPC_EXP_MAX = 1023,    /* of unit, step and vertex lattice */
+    SPC_EXP_SPAN = 80,              /* of step and vertex lattice, around the unit's */
     SPC_CHILDREN_MAX = 4,
 };
 

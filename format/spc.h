@@ -224,7 +224,7 @@ struct spc_block {
     float diagonal;                 /* of the cluster's box: part of the links, see section 8 */
     int32_t step_exp;               /* positions: origin + q 2^step_exp, file units */
     int32_t link_base;
-    uint64_t hash;                  /* XXH64 of the whole chunk, padding included */
+    uint64_t hash;                  /* of its chunk, padding included (section 6.1) */
     uint32_t raw_bytes;             /* payload decoded: spc_block_layout(...).bytes; not stored */
 };
 
@@ -334,6 +334,22 @@ void spc_node_decode(const struct spc_reader *reader, const struct spc_block *bl
                      const struct spc_block_layout *layout, const uint8_t *payload, uint32_t i,
                      struct spc_node *out);
 
+/*
+ * Chunks without the directory (section 6.1): the next whole one at or behind *at in bytes[size],
+ * its own checksum held. False: there is none. Its ranges and cluster stay unknown.
+ */
+bool spc_chunk_find(const uint8_t *bytes, uint64_t size, uint64_t *at, struct spc_block *block,
+                    struct spc_frame *frame);
+
+/* Decodes a chunk that was found, into out[block->raw_bytes]. fails as spc_block_decode */
+enum spc_status spc_chunk_decode(const uint8_t *bytes, const struct spc_block *block,
+                                 const struct spc_frame *frame, void *out, struct spc_error *err);
+
+/* Vertex i of its payload, file units, exact. rgba may be NULL. */
+void spc_vertex_at(const struct spc_block *block, const struct spc_frame *frame,
+                   const struct spc_block_layout *layout, const uint8_t *payload, uint32_t i,
+                   double xyz[3], uint8_t rgba[4]);
+
 /* Top i of a cluster, as the node it is. */
 void spc_top_decode(const struct spc_reader *reader, const struct spc_cluster *cluster, uint32_t i,
                     struct spc_node *out);
@@ -399,8 +415,8 @@ enum spc_status spc_writer_create(const char *path, bool force, struct spc_write
                                   struct spc_error *err);
 
 /*
- * Reserves the head. Of header, cluster_count, block_count and normal_clusters are read, and must
- * be the same at finish. Once, before the first cluster.
+ * Reserves the head. Of header, cluster_count, block_count, normal_clusters, flags, unit_exp and
+ * vertex_exp are read, and must be the same at finish. Once, before the first cluster.
  */
 enum spc_status spc_writer_begin(struct spc_writer *writer, const struct spc_header *header,
                                  size_t meta_bytes, struct spc_error *err);

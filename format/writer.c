@@ -199,6 +199,11 @@ enum spc_status spc_writer_cluster(struct spc_writer *w, uint32_t id, struct spc
                                    struct spc_block *blocks, const void *const *stored,
                                    struct spc_error *err)
 {
+    struct spc_frame frame = {
+        .flags = w->header.flags, .normal_clusters = w->header.normal_clusters,
+        .unit_exp = w->header.unit_exp, .vertex_exp = w->header.vertex_exp,
+    };
+    memcpy(frame.origin, c->origin, sizeof frame.origin);
     c->block_first = w->block_next;
     c->data_off = w->at;
     for (uint32_t k = 0; k < c->block_count; k++) {
@@ -213,10 +218,12 @@ enum spc_status spc_writer_cluster(struct spc_writer *w, uint32_t id, struct spc
         }
         b->cluster = id;
         b->off = w->at;
-        spc_chunk_encode(b, w->block_next, c->origin, w->chunk);
+        b->hash = 0;
+        spc_chunk_encode(b, &frame, w->chunk);
         memcpy(w->chunk + CH_SIZE, stored[k], b->stored_bytes);
         memset(w->chunk + CH_SIZE + b->stored_bytes, 0, bytes - CH_SIZE - b->stored_bytes);
-        b->hash = XXH64(w->chunk, bytes, 0);
+        b->hash = spc_chunk_hash(w->chunk, bytes);
+        store_u64(w->chunk + CH_HASH, b->hash);
         const enum spc_status status = write_at(w->fd, w->chunk, bytes, w->at, err);
         if (status != SPC_OK)
             return status;
@@ -321,7 +328,9 @@ enum spc_status spc_writer_finish(struct spc_writer *w, struct spc_header *heade
 {
     if (header->cluster_count != w->header.cluster_count ||
         header->block_count != w->block_next ||
-        header->normal_clusters != w->header.normal_clusters)
+        header->normal_clusters != w->header.normal_clusters ||
+        header->flags != w->header.flags || header->unit_exp != w->header.unit_exp ||
+        header->vertex_exp != w->header.vertex_exp)
         return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "the archive is not what was announced");
     enum spc_status status = write_head(w, header, meta, err);
     if (status == SPC_OK && fsync(w->fd) != 0)

@@ -117,21 +117,34 @@ static enum spc_status verify_status(struct spc_error *err)
     return status;
 }
 
-/* Exponents that take vertices to infinity, or all edges to 0 x infinity. */
-START_TEST(exponents_beyond_the_doubles_are_found)
+/* Exponents that take vertices to infinity, or lengths far from what their codes hold. */
+START_TEST(exponents_beyond_the_doubles_are_refused)
 {
     static const int exponents[] = {SPC_EXP_MIN, -1074, -1023, -500, 500, SPC_EXP_MAX};
     for (uint32_t seed = 0; seed < FUZZ_SEEDS; seed++)
         for (size_t i = 0; i < sizeof exponents / sizeof *exponents; i++)
             for (int both = 0; both < 3; both++) {
-                struct spc_error err;
                 begin(seed);
                 if (both != 1)
                     store_u32(a.bytes + HD_UNIT_EXP, (uint32_t)exponents[i]);
                 if (both != 0)
                     store_u32(a.bytes + HD_VERTEX_EXP, (uint32_t)exponents[i]);
-                const bool hybrid = load_u32(a.bytes + HD_FLAGS) & SPC_FLAG_TRIANGLES;
-                if (hybrid || both != 1)
+                const enum spc_status status = open_status();
+                ck_assert(status == SPC_LIMIT || status == SPC_CORRUPT);
+            }
+}
+END_TEST
+
+START_TEST(exponents_of_another_scan_are_found)
+{
+    for (uint32_t seed = 0; seed < FUZZ_SEEDS; seed++)
+        for (int by = -5; by <= 5; by += 10)
+            for (int field = 0; field < 2; field++) {
+                struct spc_error err;
+                begin(seed);
+                uint8_t *at = a.bytes + (field ? HD_VERTEX_EXP : HD_UNIT_EXP);
+                store_u32(at, load_u32(at) + (uint32_t)by);
+                if (field == 0 || load_u32(a.bytes + HD_FLAGS) & SPC_FLAG_TRIANGLES)
                     ck_assert_int_eq(verify_status(&err), SPC_CORRUPT);
             }
 }
@@ -196,7 +209,7 @@ int main(void)
 {
     return SUITE("hostile", case_start, finish, tops_of_invalid_codes_do_not_open,
                  nodes_at_infinity_do_not_open, counts_that_wrap_do_not_open,
-                 exponents_beyond_the_doubles_are_found,
+                 exponents_beyond_the_doubles_are_refused, exponents_of_another_scan_are_found,
                  a_header_that_describes_another_tree_is_found,
                  a_vertex_without_a_triangle_is_found);
 }

@@ -56,7 +56,10 @@ static void seal(struct patch *p)
     for (uint32_t k = 0; k < p->blocks; k++) {
         uint8_t *b = block_record(p, k);
         const uint64_t bytes = align_up(CH_SIZE + (uint64_t)load_u32(b + BL_STORED_BYTES), 64);
-        store_u64(b + BL_HASH, XXH64(p->bytes + load_u64(b + BL_OFF), bytes, 0));
+        uint8_t *chunk = p->bytes + load_u64(b + BL_OFF);
+        const uint64_t hash = XXH64(chunk + CH_KIND, bytes - CH_KIND, load_u64(chunk));
+        store_u64(b + BL_HASH, hash);
+        store_u64(chunk + CH_HASH, hash);
     }
     for (int s = 0; s < SE_COUNT; s++)
         store_u64(p->bytes + HD_SECTIONS + SE_SIZE * s + SE_HASH,
@@ -285,7 +288,7 @@ START_TEST(bytes_that_must_be_zero_are_looked_at)
     p.bytes[load_u64(block_record(&p, k) + BL_OFF) + used] = 1;
     expect_found(&p, "every chunk");
     p = begin();
-    p.bytes[load_u64(block_record(&p, 2) + BL_OFF) + CH_ZERO_1] = 1;
+    p.bytes[load_u64(block_record(&p, 2) + BL_OFF) + CH_FLAGS] ^= 1;
     expect_found(&p, "every chunk");
     p = begin();                                                /* behind the last array of a payload */
     for (k = 0; k < p.blocks; k++) {

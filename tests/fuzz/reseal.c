@@ -95,22 +95,24 @@ static size_t reseal_counts(uint8_t *bytes, size_t size)
     return size;
 }
 
-static void repeat_directory(const uint8_t *bytes, size_t size, uint32_t block,
-                             const uint8_t *record, uint8_t *chunk)
+static void repeat_directory(const uint8_t *bytes, size_t size, const uint8_t *record,
+                             uint8_t *chunk)
 {
     static const uint8_t same[][3] = {      /* chunk header, block record, bytes */
-        {CH_CLUSTER, BL_CLUSTER, 4}, {CH_KIND, BL_KIND, 1}, {CH_CODEC, BL_CODEC, 1},
+        {CH_KIND, BL_KIND, 1}, {CH_CODEC, BL_CODEC, 1},
         {CH_VERTEX_WIDTH, BL_VERTEX_WIDTH, 1}, {CH_NODE_COUNT, BL_NODE_COUNT, 4},
         {CH_VERTEX_COUNT, BL_VERTEX_COUNT, 4}, {CH_STORED_BYTES, BL_STORED_BYTES, 4},
         {CH_DIAGONAL, BL_DIAGONAL, 4}, {CH_STEP_EXP, BL_STEP_EXP, 2},
-        {CH_LINK_BASE, BL_LINK_BASE, 2},
+        {CH_LINK_BASE, BL_LINK_BASE, 1},
     };
     uint64_t clusters_off = 0;
     const uint32_t clusters = reseal_records(bytes, size, SE_CLUS, &clusters_off);
     const uint32_t cluster = load_u32(record + BL_CLUSTER);
     store_u32(chunk + CH_MAGIC, CH_MAGIC_VALUE);
-    store_u32(chunk + CH_BYTES, CH_SIZE);
-    store_u32(chunk + CH_BLOCK, block);
+    store_u16(chunk + CH_UNIT_EXP, load_u16(bytes + HD_UNIT_EXP));
+    store_u16(chunk + CH_VERTEX_EXP, load_u16(bytes + HD_VERTEX_EXP));
+    chunk[CH_FLAGS] = bytes[HD_FLAGS];
+    chunk[CH_NORMAL_CLUSTERS] = bytes[HD_NORMAL_CLUSTERS];
     for (size_t i = 0; i < sizeof same / sizeof *same; i++)
         memcpy(chunk + same[i][0], record + same[i][1], same[i][2]);
     if (cluster < clusters)
@@ -132,12 +134,16 @@ static void reseal_blocks(uint8_t *bytes, size_t size, unsigned what)
         if (b.off < data || !range_fits(b.off, chunk_bytes, size))
             continue;
         if (what & RESEAL_CHUNKS) {
-            repeat_directory(bytes, size, k, record, bytes + b.off);
+            repeat_directory(bytes, size, record, bytes + b.off);
             const uint64_t used = CH_SIZE + (uint64_t)b.stored_bytes;
             memset(bytes + b.off + used, 0, (size_t)(chunk_bytes - used));
         }
-        if (what & RESEAL_HASHES)
-            store_u64(record + BL_HASH, XXH64(bytes + b.off, (size_t)chunk_bytes, 0));
+        if (what & RESEAL_HASHES) {
+            uint8_t *chunk = bytes + b.off;
+            const uint64_t hash = XXH64(chunk + CH_KIND, (size_t)chunk_bytes - CH_KIND, load_u64(chunk));
+            store_u64(record + BL_HASH, hash);
+            store_u64(chunk + CH_HASH, hash);
+        }
     }
 }
 
