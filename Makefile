@@ -38,7 +38,7 @@ BINARIES := $(addprefix $(B)/,$(subst _,-,$(TOOLS))) $(B)/gen-scan
 Q := $(if $(V),,@)
 say := @echo "  "
 
-.PHONY: all demo check tests fuzz fuzzers flips asan tsan bench deps deps-check format tidy layers install clean help
+.PHONY: all demo check tests fuzz fuzzers flips conformance asan tsan bench deps deps-check format tidy layers install clean help
 .SECONDARY:                     # keep objects
 all: $(BINARIES)                ## the tools, into build/release/
 
@@ -96,6 +96,14 @@ $(FUZZERS): $(B)/fuzz_%: tests/fuzz/fuzz_entry.c $(B)/libtest.a $(B)/libspc.a Ma
 $(B)/fuzz_corpus: $(call obj,tests/fuzz/fuzz_corpus.c) $(B)/libtest.a $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_test) $(LIBS_build)
 fuzz: ; @scripts/install_deps build test fuzz && $(MAKE) CONFIG=fuzz CC=clang fuzzers && scripts/fuzz build/fuzz $(FUZZ_SECONDS)  ## put random archives into the reader, FUZZ_SECONDS=60 a target; needs clang
+
+# Archives that other readers are tried on; committed, made anew only when the format changes.
+$(B)/make_conformance: $(call obj,tests/conformance/make_conformance.c) $(B)/libtest.a $(B)/libspb.a $(B)/libspc.a
+	$(LINK) $(LIBS_test) $(LIBS_build)
+conformance: $(B)/make_conformance    ## write spec/conformance anew
+	rm -f spec/conformance/good/*.spc spec/conformance/bad/*.spc
+	mkdir -p spec/conformance/good spec/conformance/bad
+	SPC_CONFORMANCE=spec/conformance $<
 
 FLIPS ?= 20000
 flips: $(B)/tests/test_flips   ## turn FLIPS=20000 bits in larger archives, each of which must be found

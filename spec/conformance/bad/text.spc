@@ -1,0 +1,2 @@
+ply
+format ascii 1.0
