@@ -98,11 +98,20 @@ static bool vertex_base_ok(const uint8_t *p)
     return true;
 }
 
-static bool wide_vertices_ok(const uint8_t *p, uint32_t values)
+/* Every vertex is a lattice number that a double holds. Near the limit each one is looked at. */
+static bool vertices_ok(const uint8_t *base, const uint8_t *p, uint32_t count, uint32_t width)
 {
-    for (uint32_t i = 0; i < values; i++)
-        if (load_u64(p + 8 * i) > (uint64_t)1 << 54)
-            return false;
+    const int64_t limit = (int64_t)1 << 53;
+    for (uint32_t a = 0; a < 3; a++) {
+        const uint64_t room = (uint64_t)(limit - (int64_t)load_u64(base + 8 * a));
+        if (width < 8 && room >> 8 * width != 0)
+            continue;
+        for (uint32_t i = 0; i < count; i++) {
+            const uint8_t *at = p + (size_t)width * (3 * i + a);
+            if ((width == 2 ? load_u16(at) : width == 4 ? load_u32(at) : load_u64(at)) > room)
+                return false;
+        }
+    }
     return true;
 }
 
@@ -116,7 +125,8 @@ static bool triangles_ok(const struct spc_block *b, const struct spc_block_layou
         !vertex_base_ok(payload + l->vertex_base) || !padding_ok(payload, l->vertex_base + 24) ||
         !padding_ok(payload, l->vertices + vertex_bytes))
         return false;
-    if (b->vertex_width == 8 && !wide_vertices_ok(payload + l->vertices, 3 * b->vertex_count))
+    if (!vertices_ok(payload + l->vertex_base, payload + l->vertices, b->vertex_count,
+                     b->vertex_width))
         return false;
     return l->vertex_colors == 0 ||
            padding_ok(payload, l->vertex_colors + (uint64_t)b->vertex_count * 4);

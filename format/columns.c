@@ -417,7 +417,8 @@ static bool load_prelude(struct columns *c, const uint8_t *in)
     c->position_bits = in[CO_POSITION_BITS];
     return c->e_shift <= 8 && c->radius_shift <= 8 && c->height_shift <= 8 &&
            c->position_bits <= 127 &&
-           (c->triangles || all_zero(in + CO_VERTEX_BASE, CO_VERTEX_BASE_LEN));
+           (c->triangles ? c->radius_shift + c->height_shift + c->position_bits == 0
+                         : all_zero(in + CO_VERTEX_BASE, CO_VERTEX_BASE_LEN));
 }
 
 static enum spc_status get_all(struct columns *c, struct planes_reader *r, uint8_t *kids,

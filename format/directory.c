@@ -227,7 +227,8 @@ static bool sphere_ok(const float s[4])
 
 static bool cone_ok(const float c[4])
 {
-    return fabsf(c[0]) <= 1 && fabsf(c[1]) <= 1 && fabsf(c[2]) <= 1 && fabsf(c[3]) <= 1;
+    const double x = (double)c[0], y = (double)c[1], z = (double)c[2];
+    return fabs(sqrt(x * x + y * y + z * z) - 1) <= 1e-5 && fabsf(c[3]) <= 1;
 }
 
 static bool cluster_values_ok(const struct spc_cluster *c, uint32_t id)

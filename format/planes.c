@@ -131,8 +131,12 @@ static bool decode_plane(struct planes_reader *r, const uint8_t *in, uint32_t by
             return false;
         memcpy(plane, in, n);
         return true;
-    case PLANE_ZSTD:
-        return n == 0 ? bytes == 0 : ZSTD_decompressDCtx(r->zstd, plane, n, in, bytes) == n;
+    case PLANE_ZSTD:                /* one frame, not several and none to be skipped */
+        if (n == 0)
+            return bytes == 0;
+        return bytes >= 4 && load_u32(in) == ZSTD_MAGICNUMBER &&
+               ZSTD_findFrameCompressedSize(in, bytes) == bytes &&
+               ZSTD_decompressDCtx(r->zstd, plane, n, in, bytes) == n;
     default:
         return false;
     }

@@ -23,7 +23,7 @@ static const char *const L3_NAMES[L3_COUNT] = {
     "pills hold every triangle below",
     "cones hold the winding normal of every triangle below",
     "triangles: t is at least the longest edge, corners lie in the box of all vertices",
-    "leaves are the disks of their triangles",
+    "leaves are the disks of their triangles, in the mean colour of their corners",
     "law: every path is cut exactly once at any common q",
     "header: height, error range and box are those of the tree",
 };
@@ -148,6 +148,7 @@ static bool in_pill(const struct verify *v, const struct spc_node *n, const doub
 }
 
 struct triangle {
+    uint8_t rgba[3][4];
     double corner[3][3];
     double normal[3];               /* unit winding normal; zero area: area is false */
     bool area;
@@ -186,7 +187,7 @@ static void load_triangle(const struct verify *v, const struct spc_block *b,
 {
     for (uint32_t k = 0; k < 3; k++)
         spc_vertex_decode(v->r, b, l, payload, load_u16(payload + l->indices + 6 * i + 2 * k),
-                          t->corner[k], NULL);
+                          t->corner[k], t->rgba[k]);
     double e[2][3];
     between(v, t->corner[1], t->corner[0], e[0]);
     between(v, t->corner[2], t->corner[0], e[1]);
@@ -198,10 +199,13 @@ static void load_triangle(const struct verify *v, const struct spc_block *b,
         t->normal[a] /= length;
 }
 
-/* All of a leaf's record but e_parent and link follows from the triangle (spec section 6.5). */
+/* All of a leaf but e_parent and link follows from the triangle (spec sections 6.3 and 6.5). */
 static bool is_disk_of(const struct verify *v, const struct spc_block *b, const uint8_t *record,
-                       const struct triangle *t)
+                       const uint8_t *rgba, const struct triangle *t)
 {
+    for (int k = 0; k < 4; k++)
+        if (rgba[k] != (t->rgba[0][k] + t->rgba[1][k] + t->rgba[2][k] + 1) / 3)
+            return false;
     uint8_t want[ND_SIZE];
     int64_t lattice[3][3];
     const struct spc_frame frame = spc_reader_frame(v->r, b->cluster);
@@ -280,7 +284,8 @@ static enum spc_status check_triangles(struct verify *v, struct spc_error *err)
             }
             if (f->tree->nodes[node].e_self < spc_len_encode_up(longest_edge(v, &t)))
                 fault(v, L3_TRIANGLES, f, node, "t is below the longest edge");
-            if (!is_disk_of(v, &b, payload + l.nodes + (size_t)ND_SIZE * i, &t))
+            if (!is_disk_of(v, &b, payload + l.nodes + (size_t)ND_SIZE * i,
+                            f->tree->nodes[node].rgba, &t))
                 fault(v, L3_LEAVES, f, node, "a leaf is not the disk of its triangle");
             widen_box(v, &t);
             check_above(v, &t, node);

@@ -126,6 +126,10 @@ static enum spc_status create_file(struct spc_writer *w, struct spc_error *err)
             return spc_fail(err, SPC_IO, SPC_NO_OFF, "the target is a folder");
         if (!w->force)
             return spc_fail(err, SPC_EXISTS, SPC_NO_OFF, "the target exists");
+        if (!S_ISREG(st.st_mode))
+            return spc_fail(err, SPC_IO, SPC_NO_OFF, "the target is not a plain file");
+    } else if (!w->force && fstatat(w->dir_fd, w->name, &st, AT_SYMLINK_NOFOLLOW) == 0) {
+        return spc_fail(err, SPC_EXISTS, SPC_NO_OFF, "the target is a link that leads nowhere");
     }
 #ifdef O_TMPFILE
     w->fd = openat(w->dir_fd, ".", O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);

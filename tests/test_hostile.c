@@ -173,6 +173,52 @@ START_TEST(a_header_that_describes_another_tree_is_found)
 }
 END_TEST
 
+/* Payload of the first leaf block with triangles and its layout. */
+static uint8_t *leaf_payload(struct spc_block *b, struct spc_block_layout *l)
+{
+    struct spc_reader *r = NULL;
+    uint32_t k = 0;
+    ck_assert_int_eq(spc_reader_open_memory(a.bytes, a.size, &r, NULL), SPC_OK);
+    for (spc_reader_block(r, k, b); b->kind != SPC_BLOCK_LEAF; k++)
+        spc_reader_block(r, k + 1, b);
+    const struct spc_header *h = spc_reader_header(r);
+    ck_assert(spc_block_layout(b, h->flags, h->normal_clusters, l));
+    spc_reader_close(r);
+    return a.bytes + b->off + CH_SIZE;
+}
+
+START_TEST(a_leaf_in_another_colour_is_found)
+{
+    struct spc_block b;
+    struct spc_block_layout l;
+    struct spc_error err;
+    struct case_mesh m = case_soup(40, 5);
+    case_color(&m);
+    struct spb_build_options o = case_options(case_write(&m, "c.ply"), case_path("c.spc"));
+    o.codec = SPC_CODEC_RAW;
+    spc_reader_close(case_build(&o));
+    case_mesh_free(&m);
+    free(a.bytes);
+    a.bytes = case_slurp(o.out, &a.size);
+    leaf_payload(&b, &l)[l.colors + 1] ^= 1;
+    ck_assert_int_eq(verify_status(&err), SPC_CORRUPT);
+    ck_assert_ptr_nonnull(strstr(err.what, "not the disk of its triangle"));
+}
+END_TEST
+
+START_TEST(a_prelude_says_nothing_that_has_no_meaning)
+{
+    struct spc_block b;
+    struct spc_block_layout l;
+    struct spc_error err;
+    begin(5);
+    uint8_t *p = leaf_payload(&b, &l);
+    ck_assert_int_eq(b.codec, SPC_CODEC_ZSTD);
+    p[CO_RADIUS_SHIFT] = 1;
+    ck_assert_int_eq(verify_status(&err), SPC_CORRUPT);
+}
+END_TEST
+
 /* The last triangle takes another's corners; what it had is left over. */
 START_TEST(a_vertex_without_a_triangle_is_found)
 {
@@ -210,6 +256,7 @@ int main(void)
     return SUITE("hostile", case_start, finish, tops_of_invalid_codes_do_not_open,
                  nodes_at_infinity_do_not_open, counts_that_wrap_do_not_open,
                  exponents_beyond_the_doubles_are_refused, exponents_of_another_scan_are_found,
+                 a_leaf_in_another_colour_is_found, a_prelude_says_nothing_that_has_no_meaning,
                  a_header_that_describes_another_tree_is_found,
                  a_vertex_without_a_triangle_is_found);
 }
