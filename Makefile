@@ -79,7 +79,7 @@ deps-check: ; @scripts/install_deps build test $(if $(filter 1,$(MESH)),mesh)
 
 # One program a test file; helpers of tests are tests/*.c without the prefix.
 TEST_HELPERS := $(call obj,$(filter-out tests/test_% %/fuzz_entry.c %/fuzz_corpus.c,$(wildcard tests/*.c tests/fuzz/*.c)))
-tests: $(addprefix $(B)/tests/,$(TESTS))
+tests: $(addprefix $(B)/tests/,$(TESTS)) $(B)/conformance_dump
 $(B)/libtest.a: $(TEST_HELPERS)
 $(B)/tests/test_%: $(call obj,tests/test_%.c) $(B)/libtest.a $(B)/libspv.a $(B)/libspb.a $(B)/libspc.a
 	@mkdir -p $(@D)
@@ -100,6 +100,8 @@ fuzz: ; @scripts/install_deps build test fuzz && $(MAKE) CONFIG=fuzz CC=clang fu
 # Archives that other readers are tried on; committed, made anew only when the format changes.
 $(B)/make_conformance: $(call obj,tests/conformance/make_conformance.c) $(B)/libtest.a $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_test) $(LIBS_build)
+$(B)/conformance_dump: $(call obj,tests/conformance/dump.c) $(B)/libspc.a
+	$(LINK) $(LIBS_format)
 conformance: $(B)/make_conformance    ## write spec/conformance anew
 	rm -f spec/conformance/good/*.spc spec/conformance/bad/*.spc
 	mkdir -p spec/conformance/good spec/conformance/bad

@@ -177,7 +177,7 @@ enum spc_status node_columns_put(const struct columns *c, const uint8_t *payload
         const int from = inner ? load_u16(p + ND_E_PARENT)
                                : load_u16(model_of(c, payload, i) + ND_E_SELF);
         const uint16_t d = (uint16_t)(from - load_u16(p + ND_E_SELF));
-        word[i] = inner ? (uint16_t)(d >> c->e_shift) : zigzag16(d);
+        word[i] = (uint16_t)(inner ? d >> c->e_shift : zigzag16(d));
     }
     planes_put16(w, word, c->n);
     for (uint32_t i = 0; i < c->n; i++)

@@ -723,7 +723,7 @@ static struct ref_compare compare(const char *drawing, int width)
     ck_assert(pixels <= 256 && pixels == width * height);
     for (int i = 0; i < pixels; i++) {
         triangle[i] = strchr("#r", drawing[i]) ? (uint32_t)i : UINT32_MAX;
-        cover[i] = strchr("#o", drawing[i]) ? (uint8_t)(1 << (i % 8)) : 0;
+        cover[i] = (uint8_t)(strchr("#o", drawing[i]) ? 1 << (i % 8) : 0);
     }
     struct ref_image image = {.width = width, .height = height, .triangle = triangle};
     struct ref_compare result;
