@@ -50,7 +50,7 @@ static void view_child(const struct spb_node *node, const double n[3], const dou
     double d[3], m[3];
     vec_sub(child->center, node->center, d);
     spc_normal_decode(child->normal, m);
-    const double c = fmin(1, fabs(vec_dot(n, m)));
+    const double c = smaller_of(1, fabs(vec_dot(n, m)));
     out->x = vec_dot(d, u);
     out->y = vec_dot(d, v);
     out->inner = child->radius * c;
@@ -70,7 +70,7 @@ double spb_reach_bound(const struct spb_node *node, const struct spb_node *child
             const double r = k == 0 ? 0 : node->radius * RING_RADIUS[(k - 1) / SECTORS];
             const double *dir = OCTAGON[k == 0 ? 0 : (k - 1) % SECTORS];
             const double dx = r * dir[0] - c.x, dy = r * dir[1] - c.y;
-            const double in_plane = fmax(0, sqrt(dx * dx + dy * dy) - c.inner);
+            const double in_plane = larger_of(0, sqrt(dx * dx + dy * dy) - c.inner);
             g[i][k] = sqrt(in_plane * in_plane + c.off * c.off) + children[i].reach;
         }
     }
@@ -82,11 +82,11 @@ double spb_reach_bound(const struct spb_node *node, const struct spb_node *child
             const int inner[2] = {ring ? outer[0] - SECTORS : 0, ring ? outer[1] - SECTORS : 0};
             double best = HUGE_VAL;
             for (uint32_t i = 0; i < count; i++)
-                best = fmin(best, fmax(fmax(g[i][outer[0]], g[i][outer[1]]),
-                                       fmax(g[i][inner[0]], g[i][inner[1]])));
-            reach = fmax(reach, best);
+                best = smaller_of(best, larger_of(larger_of(g[i][outer[0]], g[i][outer[1]]),
+                                       larger_of(g[i][inner[0]], g[i][inner[1]])));
+            reach = larger_of(reach, best);
         }
-    return fmin(reach, 2 * node->radius);
+    return smaller_of(reach, 2 * node->radius);
 }
 
 double spb_paper_error(const struct spb_node *node, const struct spb_node *children,
@@ -105,18 +105,18 @@ double spb_paper_error(const struct spb_node *node, const struct spb_node *child
             vec_sub(children[i].center, node->center, d);
             spc_normal_decode(children[i].normal, m);
             const double c = vec_dot(dir, m);
-            const double half = children[i].radius * sqrt(fmax(0, 1 - c * c));
-            lo = fmin(lo, vec_dot(d, dir) - half);
-            hi = fmax(hi, vec_dot(d, dir) + half);
+            const double half = children[i].radius * sqrt(larger_of(0, 1 - c * c));
+            lo = smaller_of(lo, vec_dot(d, dir) - half);
+            hi = larger_of(hi, vec_dot(d, dir) + half);
         }
         if (k < 0) {
             up = hi;
             down = lo;
         } else {
-            width = fmin(width, hi - lo);
+            width = smaller_of(width, hi - lo);
         }
     }
     const double e_p = up - down;
-    const double e_t = fmax(0, 2 * node->radius - width);
-    return fmin(sqrt(e_p * e_p + e_t * e_t), 2 * node->radius);
+    const double e_t = larger_of(0, 2 * node->radius - width);
+    return smaller_of(sqrt(e_p * e_p + e_t * e_t), 2 * node->radius);
 }

@@ -87,17 +87,17 @@ static void bound_pill(const struct spb_node *children, uint32_t count, struct s
         double d[3], m[3];
         vec_sub(children[i].center, out->center, d);
         spc_normal_decode(children[i].normal, m);
-        const double c = fmin(1, fabs(vec_dot(n, m)));
-        R = fmax(R, vec_length(d) + children[i].radius);
-        H = fmax(H, fabs(vec_dot(d, n)) + children[i].height * c +
+        const double c = smaller_of(1, fabs(vec_dot(n, m)));
+        R = larger_of(R, vec_length(d) + children[i].radius);
+        H = larger_of(H, fabs(vec_dot(d, n)) + children[i].height * c +
                         children[i].radius * sqrt(1 - c * c));
     }
     for (int a = 0; a < 3; a++)
-        far[a] = fmax((double)out->box[a + 3] - out->center[a],
+        far[a] = larger_of((double)out->box[a + 3] - out->center[a],
                       out->center[a] - (double)out->box[a]);
     const double box_H = fabs(n[0]) * far[0] + fabs(n[1]) * far[1] + fabs(n[2]) * far[2];
-    out->radius = fmin(R, vec_length(far)) * OUTWARD;
-    out->height = fmin(out->radius, (fmin(H, box_H) + 0x1p-48 * out->radius) * OUTWARD);
+    out->radius = smaller_of(R, vec_length(far)) * OUTWARD;
+    out->height = smaller_of(out->radius, (smaller_of(H, box_H) + 0x1p-48 * out->radius) * OUTWARD);
 }
 
 /* cos(a + b) of the angle a between the normals and the half angle b of the child's cone. */
@@ -107,7 +107,7 @@ static float join_cones(const struct spb_node *children, uint32_t count, const d
     for (uint32_t i = 0; i < count; i++) {
         double m[3];
         spc_normal_decode(children[i].normal, m);
-        const double a = fmax(-1, fmin(1, vec_dot(n, m)));
+        const double a = larger_of(-1, smaller_of(1, vec_dot(n, m)));
         const double b = (double)children[i].cone;
         if (b <= -1 || a <= -b)     /* past 180 degrees */
             return -1;
@@ -141,7 +141,7 @@ static void move_to_lattice(const struct spb_node *children, uint32_t count, int
     do {
         step = next < finest ? finest : next;
         for (int a = 0; a < 3; a++)
-            out->center[a] = ldexp(floor(ldexp(center[a], -step) + 0.5), step);
+            out->center[a] = times_exp2(floor(times_exp2(center[a], -step) + 0.5), step);
         bound_pill(children, count, out);
         next = spb_center_step(out->radius);
     } while (next > step);

@@ -1,5 +1,7 @@
 #include "distribute.h"
 
+#include "vec.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -35,13 +37,13 @@ enum spc_status spb_distributor_init(struct spb_distributor *d, struct spb_tmpfi
     d->buffer_records = spb_extent_records(format->bytes);
     double side = 0;
     for (int a = 0; a < 3; a++)
-        side = fmax(side, max[a] - min[a]);
+        side = larger_of(side, max[a] - min[a]);
     if (cells_log2 > 0 && side > 0) {
         frexp(side, &d->cell_exp);
         d->cell_exp -= cells_log2;
         for (int a = 0; a < 3; a++) {
-            d->first[a] = floor(ldexp(min[a], -d->cell_exp));
-            d->dim[a] = (uint32_t)(floor(ldexp(max[a], -d->cell_exp)) - d->first[a]) + 1;
+            d->first[a] = floor(times_exp2(min[a], -d->cell_exp));
+            d->dim[a] = (uint32_t)(floor(times_exp2(max[a], -d->cell_exp)) - d->first[a]) + 1;
         }
     } else {
         d->cell_exp = 1024;         /* one cell holds everything: never two cells wide */
@@ -58,7 +60,7 @@ static size_t cell_of(const struct spb_distributor *d, const double key[3])
     if (d->dim[0] == 1 && d->dim[1] == 1 && d->dim[2] == 1)
         return 0;
     for (int a = 3; a-- > 0;) {
-        double i = floor(ldexp(key[a], -d->cell_exp)) - d->first[a];
+        double i = floor(times_exp2(key[a], -d->cell_exp)) - d->first[a];
         if (!(i > 0))
             i = 0;
         if (i > d->dim[a] - 1)

@@ -57,10 +57,10 @@ static void measure(const uint64_t corner[3], const double xyz[3][3],
     for (int k = 0; k < 3; k++) {
         double e[3];
         for (int a = 0; a < 3; a++) {
-            s->min[a] = fmin(s->min[a], face->corner[k][a]);
-            s->max[a] = fmax(s->max[a], face->corner[k][a]);
-            s->file_min[a] = fmin(s->file_min[a], xyz[k][a]);
-            s->file_max[a] = fmax(s->file_max[a], xyz[k][a]);
+            s->min[a] = smaller_of(s->min[a], face->corner[k][a]);
+            s->max[a] = larger_of(s->max[a], face->corner[k][a]);
+            s->file_min[a] = smaller_of(s->file_min[a], xyz[k][a]);
+            s->file_max[a] = larger_of(s->file_max[a], xyz[k][a]);
         }
         vec_sub(face->corner[(k + 1) % 3], face->corner[k], e);
         const double square = vec_dot(e, e);
@@ -144,7 +144,7 @@ double spb_face_short_edge(const struct spb_face_stats *stats)
         below += stats->edge_bins[i];
         if (below > total / 10) {
             const int square = i - (SPB_EDGE_BINS - 64) - 1;    /* squares of the bin are >= 2^square */
-            return ldexp(1, (square - (square & 1)) / 2);
+            return times_exp2(1, (square - (square & 1)) / 2);
         }
     }
     return 0;

@@ -31,7 +31,7 @@ void spb_leaf_snap(const struct spb_space *space, const struct spb_face *face,
     out->normal[2] = 1;
     if (twice > 0)
         vec_scale(n, 1 / twice, out->normal);
-    out->longest = fmax(vec_length(ab), fmax(vec_length(bc), vec_length(ac)));
+    out->longest = larger_of(vec_length(ab), larger_of(vec_length(bc), vec_length(ac)));
 }
 
 /* Disk of the triangle: center, radius, and how far its rim is from the triangle. */
@@ -59,8 +59,8 @@ static void make_disk(const struct spb_leaf_shape *s, double center[3], double *
     *radius = 0;
     for (int k = 0; k < 3; k++) {
         const double d = vec_distance(center, s->corner[k]);
-        *radius = fmax(*radius, d);
-        nearest = fmin(nearest, d);
+        *radius = larger_of(*radius, d);
+        nearest = smaller_of(nearest, d);
     }
     *reach = *radius;               /* a right or obtuse triangle reaches its disk's centre */
     if (!acute)
@@ -73,7 +73,7 @@ static void make_disk(const struct spb_leaf_shape *s, double center[3], double *
     *reach = 0;
     for (int k = 0; k < 3; k++) {
         const double inner = nearest * nearest - sq[k] / 4;
-        *reach = fmax(*reach, *radius - (inner > 0 ? sqrt(inner) : 0) + stray);
+        *reach = larger_of(*reach, *radius - (inner > 0 ? sqrt(inner) : 0) + stray);
     }
 }
 
@@ -90,16 +90,16 @@ void spb_leaf_make(const struct spb_space *space, const struct spb_face *face, u
     for (int k = 0; k < 3; k++) {
         double d[3];
         vec_sub(s.corner[k], out->center, d);
-        out->height = fmax(out->height, fabs(vec_dot(d, n)));
+        out->height = larger_of(out->height, fabs(vec_dot(d, n)));
     }
     out->radius *= OUTWARD;
     out->reach *= OUTWARD;
-    out->height = fmin(out->radius, (out->height + 0x1p-48 * out->radius) * OUTWARD);
+    out->height = smaller_of(out->radius, (out->height + 0x1p-48 * out->radius) * OUTWARD);
     out->area = s.area;
     for (int a = 0; a < 3; a++) {
         const double *p = s.corner[0], *q = s.corner[1], *r = s.corner[2];
-        out->box[a] = float_below(fmin(p[a], fmin(q[a], r[a])));
-        out->box[a + 3] = float_above(fmax(p[a], fmax(q[a], r[a])));
+        out->box[a] = float_below(smaller_of(p[a], smaller_of(q[a], r[a])));
+        out->box[a + 3] = float_above(larger_of(p[a], larger_of(q[a], r[a])));
     }
     out->cone = s.area > 0 ? float_below(vec_dot(n, s.normal) - 1e-12) : -1;
     out->link = number;

@@ -84,7 +84,7 @@ struct spc_frame pack_frame(const struct pack *p)
         .unit_exp = space->unit_exp, .vertex_exp = space->vertex_exp,
     };
     for (int a = 0; a < 3; a++)
-        frame.origin[a] = space->origin[a] + ldexp(p->origin[a], space->unit_exp);
+        frame.origin[a] = space->origin[a] + times_exp2(p->origin[a], space->unit_exp);
     return frame;
 }
 
@@ -136,7 +136,7 @@ static void fill_ranges(const struct pack *p, struct spc_cluster *c)
 /* A child cluster's position relative to this one's, units; exact. */
 static double origin_shift(const struct pack *p, const struct spc_cluster *child, int a)
 {
-    return ldexp(child->origin[a] - p->out->record.origin[a], -p->shared->space->unit_exp);
+    return times_exp2(child->origin[a] - p->out->record.origin[a], -p->shared->space->unit_exp);
 }
 
 static double point_distance(const float sphere[4], const double at[3])
@@ -172,7 +172,7 @@ static void fill_bounds(const struct pack *p, struct spc_cluster *c)
     for (uint32_t i = 0; i < p->node_count; i++) {
         double at[3];
         vec_sub(p->nodes[i].center, p->origin, at);
-        radius = fmax(radius, point_distance(c->sphere, at) + p->nodes[i].radius);
+        radius = larger_of(radius, point_distance(c->sphere, at) + p->nodes[i].radius);
     }
     c->sphere[3] = float_above(radius);
     const double own[3] = {(double)c->sphere[0], (double)c->sphere[1], (double)c->sphere[2]};
@@ -182,7 +182,7 @@ static void fill_bounds(const struct pack *p, struct spc_cluster *c)
         double at[3];
         for (int a = 0; a < 3; a++)
             at[a] = (double)child->sub_sphere[a] + origin_shift(p, child, a);
-        radius = fmax(radius, point_distance(c->sub_sphere, at) + (double)child->sub_sphere[3]);
+        radius = larger_of(radius, point_distance(c->sub_sphere, at) + (double)child->sub_sphere[3]);
     }
     c->sub_sphere[3] = float_above(radius);
 }
@@ -210,7 +210,7 @@ static void fill_cone(const struct pack *p, struct spc_cluster *c)
     }
     store_axis(sum, c->cone, axis);
     for (uint32_t i = 0; i < p->node_count; i++)
-        cosine = fmin(cosine, pack_cone_about(axis, &p->tree->nodes[p->nodes[i].node]));
+        cosine = smaller_of(cosine, pack_cone_about(axis, &p->tree->nodes[p->nodes[i].node]));
     c->cone[3] = float_below(cosine);
 }
 

@@ -183,7 +183,7 @@ static void store_node(const struct pack *p, const struct spc_block *b, const st
                        uint8_t *out)
 {
     for (int a = 0; a < 3; a++) {
-        const double at = ldexp(q->center[a] - p->origin[a],
+        const double at = times_exp2(q->center[a] - p->origin[a],
                                 p->shared->space->unit_exp - b->step_exp);
         assert(at >= 0 && at <= 65535);
         store_u16(out + ND_X + 2 * a, (uint16_t)at);
@@ -200,11 +200,11 @@ double pack_cone_about(const double axis[3], const struct spb_node *node)
 {
     double n[3];
     spc_normal_decode(node->normal, n);
-    const double a = fmax(-1, fmin(1, vec_dot(axis, n)));
+    const double a = larger_of(-1, smaller_of(1, vec_dot(axis, n)));
     const double b = (double)node->cone;
     if (b <= -1 || a <= -b)
         return -1;
-    return fmax(-1, a * b - sqrt(1 - a * a) * sqrt(1 - b * b) - 1e-7);
+    return larger_of(-1, a * b - sqrt(1 - a * a) * sqrt(1 - b * b) - 1e-7);
 }
 
 /* Counts of the normal clusters, and for each the cosine of its cone about its axis, Q15 down. */
@@ -221,7 +221,7 @@ static void store_groups(const struct pack *p, const struct pack_block *b, uint8
         const uint32_t g = family->group;
         counts[g] += family->count;
         for (uint32_t k = 0; k < family->count; k++)
-            cones[g] = fmin(cones[g],
+            cones[g] = smaller_of(cones[g],
                             pack_cone_about(p->shared->axis[g],
                                 &p->tree->nodes[p->nodes[s->nodes[family->first + k]].node]));
     }
@@ -239,7 +239,7 @@ static void share_links(struct pack *p, const struct pack_block *pb)
         const struct pack_family *family = pack_family_of(p, pb, f);
         double link = 0;
         for (uint32_t k = 0; k < family->count; k++)
-            link = fmax(link, p->nodes[nodes[family->first + k]].link);
+            link = larger_of(link, p->nodes[nodes[family->first + k]].link);
         for (uint32_t k = 0; k < family->count; k++)
             p->nodes[nodes[family->first + k]].link = link;
     }
@@ -258,7 +258,7 @@ static void measure_block(const struct pack *p, const struct pack_block *pb, str
         parent_max = family->e_parent > parent_max ? family->e_parent : parent_max;
         for (uint32_t k = 0; k < family->count; k++) {
             const struct pack_node *q = &p->nodes[nodes[family->first + k]];
-            link = fmax(link, q->link);
+            link = larger_of(link, q->link);
             step = q->step_exp < step ? q->step_exp : step;
             self_min = q->e_self < self_min ? q->e_self : self_min;
             radius_max = q->radius_code > radius_max ? q->radius_code : radius_max;

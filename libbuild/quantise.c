@@ -50,8 +50,8 @@ static void reach_of(const struct spb_node *n, double min[3], double max[3])
 {
     for (int a = 0; a < 3; a++) {
         const bool leaf = n->child_count == 0;
-        min[a] = fmin(min[a], leaf ? (double)n->box[a] : n->center[a]);
-        max[a] = fmax(max[a], leaf ? (double)n->box[a + 3] : n->center[a]);
+        min[a] = smaller_of(min[a], leaf ? (double)n->box[a] : n->center[a]);
+        max[a] = larger_of(max[a], leaf ? (double)n->box[a + 3] : n->center[a]);
     }
 }
 
@@ -70,7 +70,7 @@ static struct lattice choose_lattice(struct pack *p)
         reach_of(n, min, max);
     }
     for (int a = 0; a < 3; a++)
-        side = fmax(side, max[a] - min[a]);
+        side = larger_of(side, max[a] - min[a]);
     /* One huge disk must not push the origin so far off that small ones lose their bits. */
     int cap = side > 0 ? exponent_of(side) - 3 : 0;
     cap = cap < -30 ? -30 : cap;
@@ -80,8 +80,8 @@ static struct lattice choose_lattice(struct pack *p)
     for (;;) {
         double reach = 0;
         for (int a = 0; a < 3; a++) {
-            p->origin[a] = ldexp(floor(ldexp(min[a], -l.coarsest)), l.coarsest);
-            reach = fmax(reach, max[a] - p->origin[a] + ldexp(1, l.coarsest - 1));
+            p->origin[a] = times_exp2(floor(times_exp2(min[a], -l.coarsest)), l.coarsest);
+            reach = larger_of(reach, max[a] - p->origin[a] + times_exp2(1, l.coarsest - 1));
         }
         const int step = exponent_of(reach / 65535);
         l.finest = step > l.finest ? step : l.finest;
@@ -94,7 +94,7 @@ static struct lattice choose_lattice(struct pack *p)
 static double far_corner(const struct spb_node *n, const double c[3], double out[3])
 {
     for (int a = 0; a < 3; a++)
-        out[a] = fmax((double)n->box[a + 3] - c[a], c[a] - (double)n->box[a]);
+        out[a] = larger_of((double)n->box[a + 3] - c[a], c[a] - (double)n->box[a]);
     return vec_length(out);
 }
 
@@ -106,18 +106,18 @@ static double quantise_pill(struct pack_node *q, const struct spb_node *n, const
     q->step_exp = q->step_exp > l->coarsest ? l->coarsest : q->step_exp;
     q->step_exp = q->step_exp < l->finest ? l->finest : q->step_exp;
     for (int a = 0; a < 3; a++)
-        q->center[a] = ldexp(floor(ldexp(n->center[a], -q->step_exp) + 0.5), q->step_exp);
+        q->center[a] = times_exp2(floor(times_exp2(n->center[a], -q->step_exp) + 0.5), q->step_exp);
     vec_sub(q->center, n->center, shift);
     const double moved = vec_length(shift);
-    const double radius = fmin(n->radius + moved, far_corner(n, q->center, far) * OUTWARD);
+    const double radius = smaller_of(n->radius + moved, far_corner(n, q->center, far) * OUTWARD);
     q->radius_code = spb_length_code(radius);
     q->radius = (double)spc_len_decode(q->radius_code);
     q->normal = n->normal;
     spc_normal_decode(n->normal, normal);
     const double slab = fabs(normal[0]) * far[0] + fabs(normal[1]) * far[1] +
                         fabs(normal[2]) * far[2];
-    double height = fmin(n->height + fabs(vec_dot(normal, shift)), slab);
-    height = fmin(height * OUTWARD + 0x1p-48 * q->radius, q->radius);
+    double height = smaller_of(n->height + fabs(vec_dot(normal, shift)), slab);
+    height = smaller_of(height * OUTWARD + 0x1p-48 * q->radius, q->radius);
     int code = q->radius > 0 ? (int)(height / q->radius * 256) - 2 : 0;
     code = code > 0 ? code : 0;
     while (code < 255 && q->radius * (code + 1) / 256 < height)
@@ -139,7 +139,7 @@ static void quantise_leaf(const struct pack *p, struct pack_node *q, int step)
     (void)fits;
     q->step_exp = step;
     for (int a = 0; a < 3; a++)
-        q->center[a] = p->origin[a] + ldexp(load_u16(record + ND_X + 2 * a), step);
+        q->center[a] = p->origin[a] + times_exp2(load_u16(record + ND_X + 2 * a), step);
     q->normal = load_u16(record + ND_NORMAL);
     q->e_self = load_u16(record + ND_E_SELF);
     q->radius_code = load_u16(record + ND_RADIUS);
@@ -159,8 +159,8 @@ static uint16_t own_error(const struct pack *p, const struct spb_node *n, double
 {
     if (p->shared->options.flags & SPC_FLAG_ERROR_PAPER)
         return spb_length_code(n->reach);
-    const double reach = fmin(n->reach + moved + fmax(0, radius - n->radius), 2 * radius);
-    return spb_length_code(fmax(reach, height) * OUTWARD);
+    const double reach = smaller_of(n->reach + moved + larger_of(0, radius - n->radius), 2 * radius);
+    return spb_length_code(larger_of(reach, height) * OUTWARD);
 }
 
 static uint16_t error_below(const struct pack *p, const struct pack_node *q,
@@ -180,9 +180,9 @@ static void declare_owner(struct pack *p)
         return;
     }
     const int step = finest_step(p) > STEP_COARSEST ? finest_step(p) : STEP_COARSEST;
-    p->owner_shift = spb_center_step(n->radius) >= step ? 0 : ldexp(HALF_DIAGONAL, step);
+    p->owner_shift = spb_center_step(n->radius) >= step ? 0 : times_exp2(HALF_DIAGONAL, step);
     p->owner_radius = (double)spc_len_decode(spb_length_code(n->radius + p->owner_shift));
-    const double height = fmin(p->owner_radius,
+    const double height = smaller_of(p->owner_radius,
                                (n->height + p->owner_shift + p->owner_radius / 16) * OUTWARD);
     p->owner_e = own_error(p, n, p->owner_radius, height, p->owner_shift);
     for (uint32_t k = 0; k < n->child_count; k++)
@@ -224,7 +224,7 @@ static double link_of(const struct pack *p, const struct pack_node *q)
     } else {
         return 0;
     }
-    return (distance + fmax(0, radius - q->radius) + diagonals * 0x1p-21) * LINK_OUTWARD;
+    return (distance + larger_of(0, radius - q->radius) + diagonals * 0x1p-21) * LINK_OUTWARD;
 }
 
 void pack_quantise(struct pack *p)

@@ -1,5 +1,7 @@
 #include "space.h"
 
+#include "vec.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -20,8 +22,8 @@ void spb_space_init(struct spb_space *space, const double min[3], const double m
 {
     double side = 0, largest = 0;
     for (int a = 0; a < 3; a++) {
-        side = fmax(side, max[a] - min[a]);
-        largest = fmax(largest, fmax(fabs(min[a]), fabs(max[a])));
+        side = larger_of(side, max[a] - min[a]);
+        largest = larger_of(largest, larger_of(fabs(min[a]), fabs(max[a])));
     }
     if (isinf(side))                /* opposite ends of the range of double */
         side = 0x1p1023;
@@ -36,7 +38,7 @@ void spb_space_init(struct spb_space *space, const double min[3], const double m
     if (step < space->ulp_exp)
         step = space->ulp_exp;
     for (int a = 0; a < 3; a++)
-        space->origin[a] = ldexp(floor(ldexp(min[a], -step)), step);
+        space->origin[a] = times_exp2(floor(times_exp2(min[a], -step)), step);
     space->vertex_exp = step;
 }
 
@@ -62,22 +64,22 @@ int spb_space_finest(const struct spb_space *space)
 
 double spb_space_from_file(const struct spb_space *space, int axis, double x)
 {
-    return ldexp(x - space->origin[axis], -space->unit_exp);
+    return times_exp2(x - space->origin[axis], -space->unit_exp);
 }
 
 double spb_space_snap(const struct spb_space *space, double u)
 {
-    return floor(ldexp(u, space->unit_exp - space->vertex_exp) + 0.5);
+    return floor(times_exp2(u, space->unit_exp - space->vertex_exp) + 0.5);
 }
 
 double spb_space_from_lattice(const struct spb_space *space, double number)
 {
-    return ldexp(number, space->vertex_exp - space->unit_exp);
+    return times_exp2(number, space->vertex_exp - space->unit_exp);
 }
 
 int64_t spb_space_origin_number(const struct spb_space *space, int axis)
 {
-    return (int64_t)ldexp(space->origin[axis], -space->vertex_exp);
+    return (int64_t)times_exp2(space->origin[axis], -space->vertex_exp);
 }
 
 struct spb_record_format spb_record_format(bool wide, bool colors)

@@ -3,6 +3,29 @@
 #define SPB_VEC_H
 
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+/* fmax and fmin of numbers, and ldexp, without a call: builds spend a fifth of their time in these. */
+static inline double larger_of(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+static inline double smaller_of(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double times_exp2(double v, int e)    /* v 2^e, rounded once */
+{
+    if (e < -1022 || e > 1023)
+        return ldexp(v, e);
+    const uint64_t bits = (uint64_t)(e + 1023) << 52;
+    double power;
+    memcpy(&power, &bits, sizeof power);
+    return v * power;
+}
 
 static inline void vec_sub(const double a[3], const double b[3], double out[3])
 {
