@@ -71,6 +71,10 @@ struct spc_reader {
     struct spc_section sections[SE_SLOTS];
 };
 
+/* Maps a whole regular file, at least a byte of it; munmap ends it. */
+enum spc_status spc_map_file(const char *path, const uint8_t **bytes, uint64_t *size,
+                             struct spc_error *err);
+
 /* Smallest link code whose value is >= v; 255 when none is. */
 static inline uint8_t spc_link_bound(double v, int base)
 {

@@ -76,8 +76,8 @@ enum spc_status spc_reader_open_memory(const void *bytes, size_t size, struct sp
     return status;
 }
 
-static enum spc_status map_file(const char *path, const uint8_t **bytes, uint64_t *size,
-                                struct spc_error *err)
+enum spc_status spc_map_file(const char *path, const uint8_t **bytes, uint64_t *size,
+                             struct spc_error *err)
 {
     struct stat st;
     enum spc_status status = SPC_OK;
@@ -106,7 +106,7 @@ enum spc_status spc_reader_open(const char *path, struct spc_reader **out, struc
     const uint8_t *bytes = NULL;
     uint64_t size = 0;
     *out = NULL;
-    enum spc_status status = map_file(path, &bytes, &size, err);
+    enum spc_status status = spc_map_file(path, &bytes, &size, err);
     if (status != SPC_OK)
         return status;
     status = spc_reader_open_memory(bytes, (size_t)size, out, err);

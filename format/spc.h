@@ -9,6 +9,7 @@
  *   select  spc_reader_cluster, spc_reader_block: what is where, without touching a node.
  *   decode  spc_block_decode: one block into caller memory, checked against its checksum.
  *   prove   spc_verify: every byte and every invariant.
+ *   rescue  spc_remains_open, spc_chunk_find: what is whole of a damaged archive.
  *   write   spc_writer: blocks in file order, the head last, the target name only when all is safe.
  *
  * Caveats. Pointers that a reader returns are borrowed and die at spc_reader_close. A file that
@@ -349,6 +350,31 @@ enum spc_status spc_chunk_decode(const uint8_t *bytes, const struct spc_block *b
 void spc_vertex_at(const struct spc_block *block, const struct spc_frame *frame,
                    const struct spc_block_layout *layout, const uint8_t *payload, uint32_t i,
                    double xyz[3], uint8_t rgba[4]);
+
+/*
+ * What a damaged archive still says of itself: each part is there only where its own checksum and
+ * rules hold, whatever else is broken. Of a whole archive everything is.
+ */
+struct spc_remains {
+    const uint8_t *bytes;           /* the file, for spc_chunk_find */
+    uint64_t size;
+    const struct spc_header *header;            /* or NULL */
+    const struct spc_reader *directory;         /* or NULL; for spc_reader_cluster and
+                                       spc_reader_block alone: chunks may lie behind the file's end */
+    const char *meta;               /* JSON without NUL, or NULL */
+    size_t meta_bytes;
+    struct spc_error fault;         /* why spc_reader_open refuses the archive; SPC_OK: it does not */
+    struct spc_reader *head;        /* of the implementation */
+    bool mapped;
+};
+
+/* Damage is no failure. fails  SPC_IO, SPC_NO_MEMORY, SPC_NOT_SPC (empty, or no regular file) */
+enum spc_status spc_remains_open(const char *path, struct spc_remains *out, struct spc_error *err);
+
+/* The same over bytes in memory, which must stay until close. fails  SPC_NO_MEMORY */
+enum spc_status spc_remains_open_memory(const void *bytes, size_t size, struct spc_remains *out,
+                                        struct spc_error *err);
+void spc_remains_close(struct spc_remains *remains);
 
 /* Top i of a cluster, as the node it is. */
 void spc_top_decode(const struct spc_reader *reader, const struct spc_cluster *cluster, uint32_t i,
