@@ -12,7 +12,8 @@
 
 static const char HELP[] =
     "usage: spc-build [options] SCAN -o OUT.spc\n"
-    "Converts a scan (PLY: ascii or binary, faces or triangle strips) to an .spc archive.\n"
+    "Converts a scan (PLY: ascii or binary, faces or triangle strips; or an .spc archive, anew\n"
+    "with other options) to an .spc archive.\n"
     "\n"
     "  -o, --output FILE      the archive; not overwritten without --force\n"
     "      --memory SIZE      memory for building, K M G (default 1G, at least 64M)\n"
@@ -269,6 +270,10 @@ static const char *remedy_for(const struct spc_error *err, bool in_scan, bool st
     case SPC_BUSY: return "wait for it, or choose another name";
     case SPC_NO_MEMORY: return "a smaller --memory or fewer --threads may help";
     case SPC_INPUT_TRUNCATED: return "copy or export the scan again";
+    case SPC_NOT_SPC:
+    case SPC_TRUNCATED:
+    case SPC_CORRUPT:
+    case SPC_CHECKSUM: return in_scan ? "'spc-info --recover' rebuilds an archive from what is whole of it" : NULL;
     case SPC_INPUT_BAD: return strict ? "without --strict they are dropped" : NULL;
     case SPC_IO: return in_scan || err->os_errno == 0 ? NULL
                         : err->os_errno == 28 /* ENOSPC */ ? "free some space, or use --temp"

@@ -49,10 +49,14 @@ struct build {
 static enum spc_status open_source(struct build *b, struct spc_error *err)
 {
     b->in_scan = true;
-    enum spc_status status = spb_source_open(b->options->scan, &b->source, err);
+    enum spc_status status = b->options->salvage
+        ? spb_source_salvage(b->options->scan, &b->progress, &b->source, err)
+        : spb_source_open(b->options->scan, &b->source, err);
     if (status != SPC_OK)
         return status;
     const struct spb_source_info *info = spb_source_info(b->source);
+    if (info->salvage != NULL)
+        b->report->salvage = *info->salvage;
     snprintf(b->report->format, sizeof b->report->format, "%s", info->format);
     b->report->vertices = info->vertex_count;
     b->report->faces = info->face_count;
@@ -193,7 +197,10 @@ static enum spc_status read_faces(struct build *b, const char *temp, struct spc_
                         (unsigned long long)dropped, (unsigned long long)b->stats.bad_index,
                         (unsigned long long)b->stats.non_finite,
                         (unsigned long long)b->stats.degenerate);
-    spb_space_set_vertices(&b->space, spb_face_short_edge(&b->stats));
+    if (spb_source_info(b->source)->archive)
+        spb_space_use_lattice(&b->space, spb_source_info(b->source)->lattice_exp);
+    else
+        spb_space_set_vertices(&b->space, spb_face_short_edge(&b->stats));
     spb_vertices_release(&b->vertices);
     return SPC_OK;
 }
@@ -338,7 +345,8 @@ static enum spc_status check_target(const struct spb_build_options *o, struct sp
     if (!S_ISREG(target.st_mode))
         return spc_fail(err, SPC_IO, SPC_NO_OFF, "the target is a device or pipe, no plain file");
     if (stat(o->scan, &scan) == 0 && scan.st_dev == target.st_dev && scan.st_ino == target.st_ino)
-        return spc_fail(err, SPC_IO, SPC_NO_OFF, "the target is the scan itself");
+        return spc_fail(err, SPC_IO, SPC_NO_OFF, "the target is the %s itself",
+                        o->salvage ? "archive" : "scan");
     return SPC_OK;
 }
 

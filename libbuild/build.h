@@ -10,6 +10,7 @@
 #define SPB_BUILD_H
 
 #include "progress.h"
+#include "salvage.h"
 #include "spc.h"
 
 enum spb_cull { SPB_CULL_AUTO, SPB_CULL_NONE, SPB_CULL_BACK };
@@ -18,6 +19,7 @@ struct spb_build_options {          /* spb_build_defaults, then change */
     const char *scan, *out;         /* paths */
     const char *temp;               /* folder of temporary files; NULL: the output's */
     bool force;                     /* replace an existing archive */
+    bool salvage;                   /* scan is a damaged archive: build from what is whole of it */
     bool strict;                    /* dropped faces are a failure: SPC_INPUT_BAD */
     bool triangles;                 /* keep them for drawing near the eye */
     bool paper_error;
@@ -47,6 +49,7 @@ struct spb_build_report {           /* for the summary; valid after success */
     uint32_t parts;
     uint64_t temp_written, temp_read;
     char remark[200];               /* what the reader wants to be known, or "" */
+    struct spb_salvage salvage;     /* with options.salvage */
     bool closed;                    /* every edge meets its reverse, volume is positive */
 };
 
@@ -56,7 +59,8 @@ void spb_build_defaults(struct spb_build_options *options);
  * Builds options->out from options->scan. On failure no file has the target's name that had it
  * not before, and an old target is untouched.
  *
- * fails  SPC_EXISTS, SPC_BUSY, SPC_IO, SPC_NO_MEMORY, SPC_CANCELLED, SPC_INPUT_*; err->what names
+ * fails  SPC_EXISTS, SPC_BUSY, SPC_IO, SPC_NO_MEMORY, SPC_CANCELLED, SPC_INPUT_*, those of
+ *        spc_reader_open and spc_block_decode where the scan is an archive; err->what names
  *        no file: errors of reading the scan have at_file 1 in *in_scan (may be NULL)
  */
 enum spc_status spb_build(const struct spb_build_options *options, struct spb_build_report *report,

@@ -18,7 +18,26 @@ static uint64_t edge_hash(uint64_t a, uint64_t b)
     const uint64_t lo = a < b ? a : b;
     const uint64_t hi = a < b ? b : a;
     const uint64_t h = mix(mix(lo + 0x9E3779B97F4A7C15u) + hi);
+    if (a == b)
+        return 0;
     return a < b ? h : 0 - h;
+}
+
+/*
+ * What a corner is known by. Blocks of an archive have vertices of their own, so there it is the
+ * place, which is the same bits in each of them; welding by place would take a table.
+ */
+static uint64_t corner_name(const struct spb_vertices *v, uint64_t corner, const double xyz[3])
+{
+    uint64_t h = 0;
+    if (!v->archive)
+        return corner;
+    for (int a = 0; a < 3; a++) {
+        uint64_t bits;
+        memcpy(&bits, &xyz[a], sizeof bits);
+        h = mix(h + bits + 0x9E3779B97F4A7C15u);
+    }
+    return h;
 }
 
 static void load_vertex(const struct spb_vertices *v, uint64_t i, double xyz[3])
@@ -36,7 +55,8 @@ static bool usable(const struct spb_vertices *v, const uint64_t corner[3], doubl
         s->bad_index++;
         return false;
     }
-    if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) {
+    if (!v->archive &&              /* there distinct corners may have become one on the lattice */
+        (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0])) {
         s->degenerate++;
         return false;
     }
@@ -50,7 +70,7 @@ static bool usable(const struct spb_vertices *v, const uint64_t corner[3], doubl
     return true;
 }
 
-static void measure(const uint64_t corner[3], const double xyz[3][3],
+static void measure(const uint64_t name[3], const double xyz[3][3],
                     const struct spb_face *face, struct spb_face_stats *s)
 {
     double shortest = HUGE_VAL, n[3];
@@ -66,7 +86,7 @@ static void measure(const uint64_t corner[3], const double xyz[3][3],
         const double square = vec_dot(e, e);
         if (square > 0 && square < shortest)
             shortest = square;
-        s->edge_sum += edge_hash(corner[k], corner[(k + 1) % 3]);
+        s->edge_sum += edge_hash(name[k], name[(k + 1) % 3]);
     }
     if (shortest < HUGE_VAL) {
         int exponent = 0;
@@ -87,15 +107,18 @@ static enum spc_status take_batch(const struct spb_face_batch *batch, const stru
     s->degenerate += batch->faces_short;
     for (size_t i = 0; i < batch->count; i++) {
         double xyz[3][3], key[3];
+        uint64_t name[3];
         uint8_t rgba[3][4], record[96];
         struct spb_face face;
         if (!usable(v, batch->corner[i], xyz, s))
             continue;
+        for (int k = 0; k < 3; k++)
+            name[k] = corner_name(v, batch->corner[i][k], xyz[k]);
         for (int k = 0; k < 3 && v->colors; k++)
             memcpy(rgba[k], v->rgba[batch->corner[i][k]], 4);
         spb_record_store(&out->format, (const double(*)[3])xyz, (const uint8_t(*)[4])rgba, record);
         spb_record_load(&out->format, space, record, &face);
-        measure(batch->corner[i], (const double(*)[3])xyz, &face, s);
+        measure(name, (const double(*)[3])xyz, &face, s);
         spb_face_key(&face, key);
         const enum spc_status status = spb_distributor_add(out, key, record, err);
         if (status != SPC_OK)

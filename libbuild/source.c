@@ -12,11 +12,13 @@
 
 #include "ply.h"
 #include "source_int.h"
+#include "spc_source.h"
 
 enum { SNIFF_BYTES = 512 };
 
 static const struct spb_format *const formats[] = {
     &spb_ply_format,
+    &spb_spc_format,
 };
 
 enum { FORMAT_COUNT = sizeof formats / sizeof *formats };
@@ -77,7 +79,22 @@ static enum spc_status find_format(struct spb_source *source, struct spc_error *
     return source->format ? SPC_OK : fail_unknown(bytes, err);
 }
 
-enum spc_status spb_source_open(const char *path, struct spb_source **out, struct spc_error *err)
+static enum spc_status open_format(struct spb_source *source, bool salvage,
+                                   const struct spb_progress *progress, struct spc_error *err)
+{
+    if (salvage) {
+        source->format = &spb_spc_format;
+        return spb_spc_salvage(&source->bytes, &source->info, progress, &source->state, err);
+    }
+    const enum spc_status status = find_format(source, err);
+    if (status != SPC_OK)
+        return status;
+    return source->format->open(&source->bytes, &source->info, &source->state, err);
+}
+
+static enum spc_status open_file(const char *path, bool salvage,
+                                 const struct spb_progress *progress, struct spb_source **out,
+                                 struct spc_error *err)
 {
     struct spb_source *source = calloc(1, sizeof *source);
     enum spc_status status;
@@ -89,10 +106,7 @@ enum spc_status spb_source_open(const char *path, struct spb_source **out, struc
     if (status != SPC_OK)
         goto out;
     source->info.file_bytes = source->bytes.file_bytes;
-    status = find_format(source, err);
-    if (status != SPC_OK)
-        goto out;
-    status = source->format->open(&source->bytes, &source->info, &source->state, err);
+    status = open_format(source, salvage, progress, err);
     if (status != SPC_OK)
         goto out;
     *out = source;
@@ -100,6 +114,17 @@ enum spc_status spb_source_open(const char *path, struct spb_source **out, struc
 out:
     spb_source_close(source);
     return status;
+}
+
+enum spc_status spb_source_open(const char *path, struct spb_source **out, struct spc_error *err)
+{
+    return open_file(path, false, NULL, out, err);
+}
+
+enum spc_status spb_source_salvage(const char *path, const struct spb_progress *progress,
+                                   struct spb_source **out, struct spc_error *err)
+{
+    return open_file(path, true, progress, out, err);
 }
 
 void spb_source_close(struct spb_source *source)

@@ -8,7 +8,8 @@
 #ifndef SPB_SOURCE_H
 #define SPB_SOURCE_H
 
-#include "spc.h"
+#include "progress.h"
+#include "salvage.h"
 
 enum { SPB_BATCH_MAX = 4096 };          /* elements a batch; bounds the reader's memory */
 
@@ -22,6 +23,13 @@ struct spb_source_info {
     bool colors;                        /* vertices carry colour; alpha 255 where the file has none */
     bool wide;                          /* coordinates need double: declared double or 32-bit int */
     uint64_t file_bytes;
+    /*
+     * An archive: its faces have been judged when it was built and are all kept, its vertices lie
+     * on a lattice of 2^lattice_exp, and those in one place are one vertex, whatever their numbers.
+     */
+    bool archive;
+    int lattice_exp;
+    const struct spb_salvage *salvage;  /* what was found, of a damaged archive; else NULL */
 };
 
 struct spb_vertex_batch {
@@ -53,6 +61,13 @@ struct spb_source;
  *        more than the file can hold), SPC_NO_MEMORY
  */
 enum spc_status spb_source_open(const char *path, struct spb_source **out, struct spc_error *err);
+
+/*
+ * Opens a damaged archive, whatever its first bytes are: a source of the triangles that are left.
+ * fails  as spb_spc_salvage of spc_source.h
+ */
+enum spc_status spb_source_salvage(const char *path, const struct spb_progress *progress,
+                                   struct spb_source **out, struct spc_error *err);
 void spb_source_close(struct spb_source *source);
 const struct spb_source_info *spb_source_info(const struct spb_source *source);
 

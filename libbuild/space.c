@@ -42,12 +42,9 @@ void spb_space_init(struct spb_space *space, const double min[3], const double m
     space->vertex_exp = step;
 }
 
-void spb_space_set_vertices(struct spb_space *space, double edge)
+static void set_step(struct spb_space *space, int step)
 {
     const int coarsest = space->vertex_exp;         /* as init left it: divides the origin */
-    int step = coarsest;
-    if (edge > 0)
-        step = space->unit_exp + exponent_of(edge) - 1 - EDGE_BITS;
     if (step < space->unit_exp - VERTEX_BITS_MAX)
         step = space->unit_exp - VERTEX_BITS_MAX;
     if (step < space->ulp_exp)
@@ -55,6 +52,17 @@ void spb_space_set_vertices(struct spb_space *space, double edge)
     if (step > coarsest)
         step = coarsest;
     space->vertex_exp = step;
+}
+
+void spb_space_set_vertices(struct spb_space *space, double edge)
+{
+    set_step(space, edge > 0 ? space->unit_exp + exponent_of(edge) - 1 - EDGE_BITS
+                             : space->vertex_exp);
+}
+
+void spb_space_use_lattice(struct spb_space *space, int lattice_exp)
+{
+    set_step(space, lattice_exp);
 }
 
 int spb_space_finest(const struct spb_space *space)

@@ -27,6 +27,13 @@ void spb_space_init(struct spb_space *space, const double min[3], const double m
  */
 void spb_space_set_vertices(struct spb_space *space, double edge);
 
+/*
+ * The same for vertices that lie on a lattice already, of 2^lattice_exp: they stay where they are.
+ * (But when its 46 bits were used up, and rounding has moved the bounds to a power of two: then
+ * the next coarser one.)
+ */
+void spb_space_use_lattice(struct spb_space *space, int lattice_exp);
+
 /* Exponent, in units, of the finest step a position may have: that of vertices. */
 int spb_space_finest(const struct spb_space *space);
 

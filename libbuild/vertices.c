@@ -69,7 +69,7 @@ enum spc_status spb_vertices_read(struct spb_source *source, struct spb_progress
 {
     const struct spb_source_info *info = spb_source_info(source);
     *out = (struct spb_vertices){.count = info->vertex_count, .wide = info->wide,
-                                 .colors = info->colors};
+                                 .colors = info->colors, .archive = info->archive};
     for (int a = 0; a < 3; a++) {
         out->min[a] = INFINITY;
         out->max[a] = -INFINITY;

@@ -9,7 +9,7 @@
 
 struct spb_vertices {
     uint64_t count;
-    bool wide, colors;
+    bool wide, colors, archive;     /* as in spb_source_info */
     void *xyz;                      /* float or (wide) double [count][3], file units */
     uint8_t (*rgba)[4];             /* [count], NULL without colors */
     double min[3], max[3];          /* of the finite vertices; min > max when there is none */

@@ -136,6 +136,19 @@ expect 3 "spc-info: '.*/short.spc': the file ends at byte 20000 of [0-9]+.*" "$t
 expect 3 "spc-info: '.*/scan.ply': the file does not begin like an .spc archive" "$tools/spc-info" "$scan"
 expect 1 "spc-info: '.*/none.spc': cannot open.*" "$tools/spc-info" "$folder/none.spc"
 
+# an archive is a scan too; a damaged one is not, and who can help is named
+expect 0 '' "$tools/spc-build" -q --codec raw "$folder/a.spc" -o "$folder/again.spc"
+expect 0 '' "$tools/spc-info" --verify "$folder/again.spc"
+expect 0 '' "$tools/spc-info" --json "$folder/again.spc"
+grep -q '"codec": "raw"' "$folder/out" || fail "the archive was not built anew"
+grep -q '"format": "spc"' "$folder/out" || fail "its source is not named"
+for name in bad short; do
+    expect 1 "spc-build: '.*/$name.spc': .*; 'spc-info --recover' rebuilds .*" \
+        "$tools/spc-build" "$folder/$name.spc" -o "$folder/b.spc"
+    one_line
+    absent "$folder/b.spc"
+done
+
 # usage
 for tool in spc-build spc-info spc-render; do
     expect 0 '' "$tools/$tool" --help
