@@ -30,6 +30,7 @@ FORMAT := $(call obj,$(wildcard format/*.c))
 BUILD := $(call obj,$(wildcard libbuild/*.c))
 VIEWER := $(call obj,$(wildcard viewer/*.c))
 CLI := $(call obj,cmd/cli.c)
+META := $(call obj,cmd/meta.c)
 TOOLS := $(patsubst cmd/%.c,%,$(wildcard cmd/spc_*.c))
 TESTS := $(filter-out $(if $(filter 1,$(MESH)),,test_mesh_shim),$(patsubst tests/%.c,%,$(wildcard tests/test_*.c)))
 BINARIES := $(addprefix $(B)/,$(subst _,-,$(TOOLS))) $(B)/gen-scan
@@ -63,7 +64,7 @@ $(B)/lib%.a:
 	$(Q)$(AR) rcs $@ $^
 
 LINK = $(say) LINK $@ && $(CC) $(ALL_CFLAGS) $(LDFLAGS) $(filter %.o %.a,$^) -o $@
-$(B)/spc-build: $(call obj,cmd/spc_build.c) $(CLI) $(B)/libspb.a $(B)/libspc.a
+$(B)/spc-build: $(call obj,cmd/spc_build.c) $(CLI) $(META) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build) $(LIBS_cmd)
 $(B)/spc-info: $(call obj,cmd/spc_info.c $(wildcard cmd/info_*.c)) $(CLI) $(B)/libspc.a
 	$(LINK) $(LIBS_format) $(LIBS_cmd)

@@ -1,10 +1,10 @@
 /* spc-build: a scan becomes an archive. */
 #include "build.h"
 #include "cli.h"
+#include "meta.h"
 #include "pool.h"
 
 #include <getopt.h>
-#include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -146,51 +146,12 @@ static int parse_option(int c, const char *value, struct arguments *a)
 
 /* ---- metadata and summary ----------------------------------------------------------------------- */
 
-static const char *base_name(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash ? slash + 1 : path;
-}
-
-/* Names are bytes; JSON is UTF-8: what is not becomes '?'. */
-static json_t *name_json(const char *name)
-{
-    json_t *text = json_string(name);
-    if (text != NULL)
-        return text;
-    char ascii[256];
-    size_t i = 0;
-    for (; name[i] && i < sizeof ascii - 1; i++)
-        ascii[i] = (unsigned char)name[i] < 0x80 ? name[i] : '?';
-    ascii[i] = '\0';
-    return json_string(ascii);
-}
-
-static json_t *source_json(const struct spb_build_options *b, const char *format,
-                           uint64_t vertices, uint64_t faces)
-{
-    return json_pack("{s:o, s:s, s:I, s:I}", "name", name_json(base_name(b->scan)), "format",
-                     format, "vertices", (json_int_t)vertices, "faces", (json_int_t)faces);
-}
-
 static char *make_meta(void *ctx, const struct spc_header *header, const char *format,
                        uint64_t vertices, uint64_t faces)
 {
-    static const char *const culls[] = {"auto", "none", "back"};
     const struct spb_build_options *b = ctx;
-    char codec[16] = "raw";
-    if (b->codec == SPC_CODEC_ZSTD)
-        snprintf(codec, sizeof codec, "zstd:%d", b->level);
-    json_t *meta = json_pack(
-        "{s:{s:s, s:s}, s:{s:s, s:s, s:s, s:b, s:i, s:i, s:i}, s:[o]}",
-        "generator", "name", "spc-build", "version", SPC_TOOL_VERSION,
-        "options", "error", b->paper_error ? "paper" : "bound", "cull", culls[b->cull], "codec",
-        codec, "triangles", (int)b->triangles, "cluster_nodes", (int)b->cluster_nodes,
-        "block_nodes", (int)b->block_nodes, "normal_clusters", (int)header->normal_clusters,
-        "sources", source_json(b, format, vertices, faces));
-    char *text = meta ? json_dumps(meta, JSON_COMPACT) : NULL;
-    json_decref(meta);
-    return text;
+    json_t *sources = json_pack("[o]", meta_source(b->scan, format, vertices, faces));
+    return meta_text(meta_new("spc-build", b, header, sources));
 }
 
 struct cost {
@@ -246,7 +207,7 @@ static void print_json(const struct spb_build_options *b, const struct spb_build
     const struct spc_header *h = &r->header;
     json_t *out = json_pack(
         "{s:o, s:[o], s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:b, s:{s:I, s:I, s:I}}",
-        "output", name_json(b->out), "sources", source_json(b, r->format, r->vertices, r->faces),
+        "output", meta_name(b->out), "sources", meta_source(b->scan, r->format, r->vertices, r->faces),
         "faces_in", (json_int_t)h->faces_in, "split_extra", (json_int_t)h->split_extra, "points_in",
         (json_int_t)h->points_in, "leaves", (json_int_t)h->leaf_count, "nodes",
         (json_int_t)h->node_count, "clusters", (json_int_t)h->cluster_count, "file_bytes",
