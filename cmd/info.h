@@ -36,6 +36,15 @@ void info_print_blocks(const struct spc_reader *r, uint32_t cluster);
 void info_json_clusters(const struct spc_reader *r);
 void info_json_blocks(const struct spc_reader *r, uint32_t cluster);
 
+/* ---- recovery ---------------------------------------------------------------------------------- */
+
+/*
+ * Builds out from what is whole of the archive path and tells what was lost, as text or one JSON
+ * object. Returns the exit code: EXIT_DONE all was there, EXIT_FAILED with loss or for another
+ * reason that it tells, EXIT_INVALID nothing to recover.
+ */
+int info_recover(const char *path, const char *out, bool force, bool json);
+
 /* ---- histograms -------------------------------------------------------------------------------- */
 
 enum info_of { INFO_NOTHING, INFO_E, INFO_RADIUS, INFO_NORMALS, INFO_SIZE };

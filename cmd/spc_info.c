@@ -19,18 +19,23 @@ static const char HELP[] =
     "                         size: the clusters' stored bytes\n"
     "      --verify[=LEVEL]   1: header and directory; 2: every byte; 3 (default): also every\n"
     "                         rule between nodes. One line an invariant; exit 3 when one is broken\n"
+    "      --recover OUT      build the archive OUT from what is whole of a damaged FILE, and say what\n"
+    "                         was lost: exit 0 nothing, 1 something, 3 nothing could be recovered\n"
+    "      --force            let --recover replace an archive\n"
     "      --json             one object on standard output, lengths in file units\n"
     "  -h, --help    -V, --version\n"
     "\n"
     "  spc-info statue.spc\n"
     "  spc-info --clusters statue.spc | less -S\n"
-    "  spc-info --verify statue.spc && echo whole\n";
+    "  spc-info --verify statue.spc || spc-info statue.spc --recover rescued.spc\n";
 
-enum { OPT_VERIFY = 256, OPT_JSON, OPT_CLUSTERS, OPT_BLOCKS, OPT_HISTOGRAM };
+enum { OPT_VERIFY = 256, OPT_JSON, OPT_CLUSTERS, OPT_BLOCKS, OPT_HISTOGRAM, OPT_RECOVER,
+       OPT_FORCE };
 static const struct option LONG[] = {
     {"verify", 2, NULL, OPT_VERIFY}, {"json", 0, NULL, OPT_JSON},
     {"clusters", 0, NULL, OPT_CLUSTERS}, {"blocks", 1, NULL, OPT_BLOCKS},
-    {"histogram", 1, NULL, OPT_HISTOGRAM},
+    {"histogram", 1, NULL, OPT_HISTOGRAM}, {"recover", 1, NULL, OPT_RECOVER},
+    {"force", 0, NULL, OPT_FORCE},
     {"help", 0, NULL, 'h'}, {"version", 0, NULL, 'V'}, {0},
 };
 
@@ -232,6 +237,8 @@ struct request {
     uint32_t blocks_of;             /* cluster */
     uint32_t verify;                /* level; 0: not */
     enum info_of histogram;
+    const char *recover;            /* the archive to build; NULL: none */
+    bool force;
 };
 
 static void gap(int *parts)
@@ -345,9 +352,26 @@ static int take_option(int c, const char *value, struct request *q)
         if (!info_histogram_of(value, &q->histogram))
             return cli_usage("--histogram takes e, radius, normals or size, not '%s'", value);
         return EXIT_DONE;
+    case OPT_RECOVER:
+        q->recover = value;
+        return EXIT_DONE;
+    case OPT_FORCE:
+        q->force = true;
+        return EXIT_DONE;
     default:
         return EXIT_USAGE;
     }
+}
+
+static int act(const char *path, const struct request *q)
+{
+    if (q->recover == NULL && q->force)
+        return cli_usage("--force is for --recover alone");
+    if (q->recover == NULL)
+        return inspect(path, q);
+    if (q->clusters || q->blocks || q->histogram != INFO_NOTHING || q->verify != 0)
+        return cli_usage("--recover goes with --force and --json alone");
+    return info_recover(path, q->recover, q->force, q->json);
 }
 
 int main(int argc, char **argv)
@@ -374,5 +398,5 @@ int main(int argc, char **argv)
         return cli_usage("no archive is named");
     if (optind + 1 < argc)
         return cli_usage("one archive at a time: '%s' is left over", argv[optind + 1]);
-    return inspect(argv[optind], &q);
+    return act(argv[optind], &q);
 }
