@@ -202,7 +202,8 @@ bool spc_block_ok(const struct spc_block *b, uint32_t flags, uint32_t normal_clu
     return width_ok && (triangles ? b->vertex_count > 0 : b->vertex_count == 0) &&
            spc_block_layout(b, flags, normal_clusters, layout) && b->diagonal >= 0 &&
            isfinite(b->diagonal) &&
-           (b->codec != SPC_CODEC_RAW || b->stored_bytes == layout->bytes);
+           (b->codec == SPC_CODEC_RAW ? b->stored_bytes == layout->bytes
+                                      : b->stored_bytes <= spc_block_stored_bound(layout->bytes));
 }
 
 /* ---- checks ------------------------------------------------------------------------------------ */
