@@ -108,7 +108,6 @@ static void direction_table(const struct info_histogram *hist, uint8_t bin_of[CO
 struct pass {
     const struct spc_reader *reader;
     struct info_histogram *hist;
-    uint8_t *payload;               /* room for any block */
     uint8_t *bin_of;                /* [CODES], for directions */
 };
 
@@ -124,50 +123,31 @@ static uint32_t bin_of_node(const struct pass *p, const struct spc_node *node)
     }
 }
 
-static enum spc_status count_block(const struct pass *p, uint32_t index, struct spc_error *err)
+static enum spc_status count_block(void *ctx, const struct info_block *b, struct spc_error *err)
 {
-    const struct spc_header *h = spc_reader_header(p->reader);
-    struct spc_block block;
-    struct spc_block_layout layout;
-    spc_reader_block(p->reader, index, &block);
-    if (!spc_block_layout(&block, h->flags, h->normal_clusters, &layout))
-        return spc_fail(err, SPC_LIMIT, block.off, "block %u is over the limits", index);
-    const enum spc_status status = spc_block_decode(p->reader, index, true, p->payload, err);
-    if (status != SPC_OK)
-        return status;
-    for (uint32_t i = 0; i < block.node_count; i++) {
+    const struct pass *p = ctx;
+    (void)err;
+    for (uint32_t i = 0; i < b->block.node_count; i++) {
         struct spc_node node;
-        spc_node_decode(p->reader, &block, &layout, p->payload, i, &node);
-        p->hist->bins[bin_of_node(p, &node)].count[block.kind]++;
+        spc_node_decode(p->reader, &b->block, &b->layout, b->payload, i, &node);
+        p->hist->bins[bin_of_node(p, &node)].count[b->block.kind]++;
     }
-    p->hist->total += block.node_count;
+    p->hist->total += b->block.node_count;
     return SPC_OK;
 }
 
 static enum spc_status count_nodes(const struct spc_reader *r, struct info_histogram *out,
                                    struct spc_error *err)
 {
-    const struct spc_header *h = spc_reader_header(r);
     struct pass p = {.reader = r, .hist = out};
-    enum spc_status status = SPC_OK;
-    size_t largest = 16;
-    for (uint32_t i = 0; i < h->block_count; i++) {
-        struct spc_block block;
-        spc_reader_block(r, i, &block);
-        largest = block.raw_bytes > largest ? block.raw_bytes : largest;
-    }
-    p.payload = aligned_alloc(16, (largest + 15) / 16 * 16);
-    p.bin_of = out->of == INFO_NORMALS ? malloc(CODES) : NULL;
-    if (p.payload == NULL || (out->of == INFO_NORMALS && p.bin_of == NULL))
-        status = spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a block of %zu bytes", largest);
-    else if (p.bin_of != NULL)
+    if (out->of == INFO_NORMALS) {
+        p.bin_of = malloc(CODES);
+        if (p.bin_of == NULL)
+            return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a table of normals");
         direction_table(out, p.bin_of);
-    for (uint32_t i = 0; i < h->block_count && status == SPC_OK; i++) {
-        cli_progress(NULL, "histogram", i, h->block_count);
-        status = count_block(&p, i, err);
     }
+    const enum spc_status status = info_walk(r, "histogram", count_block, &p, err);
     free(p.bin_of);
-    free(p.payload);
     return status;
 }
 

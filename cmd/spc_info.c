@@ -17,6 +17,7 @@ static const char HELP[] =
     "      --blocks ID        a line a block of cluster ID, in prefix order\n"
     "      --histogram OF     e, radius: octaves of the nodes' lengths; normals: directions;\n"
     "                         size: the clusters' stored bytes\n"
+    "      --bytes            what the stored bytes are spent on, and the precision they buy\n"
     "      --verify[=LEVEL]   1: header and directory; 2: every byte; 3 (default): also every\n"
     "                         rule between nodes. One line an invariant; exit 3 when one is broken\n"
     "      --recover OUT      build the archive OUT from what is whole of a damaged FILE, and say what\n"
@@ -29,13 +30,13 @@ static const char HELP[] =
     "  spc-info --clusters statue.spc | less -S\n"
     "  spc-info --verify statue.spc || spc-info statue.spc --recover rescued.spc\n";
 
-enum { OPT_VERIFY = 256, OPT_JSON, OPT_CLUSTERS, OPT_BLOCKS, OPT_HISTOGRAM, OPT_RECOVER,
-       OPT_FORCE };
+enum { OPT_VERIFY = 256, OPT_JSON, OPT_CLUSTERS, OPT_BLOCKS, OPT_HISTOGRAM, OPT_BYTES,
+       OPT_RECOVER, OPT_FORCE };
 static const struct option LONG[] = {
     {"verify", 2, NULL, OPT_VERIFY}, {"json", 0, NULL, OPT_JSON},
     {"clusters", 0, NULL, OPT_CLUSTERS}, {"blocks", 1, NULL, OPT_BLOCKS},
     {"histogram", 1, NULL, OPT_HISTOGRAM}, {"recover", 1, NULL, OPT_RECOVER},
-    {"force", 0, NULL, OPT_FORCE},
+    {"bytes", 0, NULL, OPT_BYTES}, {"force", 0, NULL, OPT_FORCE},
     {"help", 0, NULL, 'h'}, {"version", 0, NULL, 'V'}, {0},
 };
 
@@ -130,6 +131,8 @@ static void print_text(const char *path, const struct spc_reader *r, const struc
            cli_bytes_text(f->bytes[SPC_BLOCK_INNER], a),
            cli_bytes_text(f->bytes[SPC_BLOCK_LEAF], b), cli_bytes_text(h->head_bytes, c));
     printf("           %.2f bytes a triangle\n", (double)h->file_bytes / (double)h->leaf_count);
+    printf("first picture  %s: head and root cluster, one range of the file\n",
+           cli_bytes_text(info_first_picture(r), a));
 }
 
 /* ---- for programs ---------------------------------------------------------------------------------- */
@@ -160,12 +163,13 @@ static json_t *info_json(const struct spc_reader *r, const struct facts *f)
         "degenerate", (json_int_t)h->dropped_degenerate, "sources",
         sources ? sources : json_null());
     json_t *rest = json_pack(
-        "{s:i, s:i, s:b, s:s, s:i, s:i, s:I, s:{s:I, s:I}}", "unit_exp", (int)h->unit_exp,
+        "{s:i, s:i, s:b, s:s, s:i, s:i, s:I, s:I, s:{s:I, s:I}}", "unit_exp", (int)h->unit_exp,
         "vertex_exp", (int)h->vertex_exp, "colors", (h->flags & SPC_FLAG_COLORS) != 0,
         "error_kind", h->flags & SPC_FLAG_ERROR_PAPER ? "paper" : "bound", "normal_clusters",
         (int)h->normal_clusters, "cluster_levels", (int)f->levels, "head_bytes",
-        (json_int_t)h->head_bytes, "stored_bytes", "inner",
-        (json_int_t)f->bytes[SPC_BLOCK_INNER], "leaf", (json_int_t)f->bytes[SPC_BLOCK_LEAF]);
+        (json_int_t)h->head_bytes, "first_picture_bytes", (json_int_t)info_first_picture(r),
+        "stored_bytes", "inner", (json_int_t)f->bytes[SPC_BLOCK_INNER], "leaf",
+        (json_int_t)f->bytes[SPC_BLOCK_LEAF]);
     json_object_update_new(out, more);
     json_object_update_new(out, rest);
     json_object_set(out, "meta", f->meta ? f->meta : json_null());
@@ -233,12 +237,17 @@ static int verify(const char *path, const struct spc_reader *reader, int level, 
 /* ---- what was asked for ----------------------------------------------------------------------------- */
 
 struct request {
-    bool json, clusters, blocks;
+    bool json, clusters, blocks, bytes;
     uint32_t blocks_of;             /* cluster */
     uint32_t verify;                /* level; 0: not */
     enum info_of histogram;
     const char *recover;            /* the archive to build; NULL: none */
     bool force;
+};
+
+struct measured {                   /* from the nodes; NULL: not asked for, or not readable */
+    const struct info_histogram *hist;
+    const struct info_bytes *bytes;
 };
 
 static void gap(int *parts)
@@ -248,10 +257,10 @@ static void gap(int *parts)
 }
 
 static int answer_text(const char *path, const struct spc_reader *reader, const struct request *q,
-                       const struct facts *facts, const struct info_histogram *hist)
+                       const struct facts *facts, const struct measured *m)
 {
     int parts = 0;
-    if (!q->clusters && !q->blocks && q->histogram == INFO_NOTHING && q->verify == 0)
+    if (!q->clusters && !q->blocks && !q->bytes && q->histogram == INFO_NOTHING && q->verify == 0)
         print_text(path, reader, facts);
     if (q->clusters) {
         gap(&parts);
@@ -261,9 +270,13 @@ static int answer_text(const char *path, const struct spc_reader *reader, const 
         gap(&parts);
         info_print_blocks(reader, q->blocks_of);
     }
-    if (hist != NULL) {
+    if (m->hist != NULL) {
         gap(&parts);
-        info_histogram_print(reader, hist);
+        info_histogram_print(reader, m->hist);
+    }
+    if (m->bytes != NULL) {
+        gap(&parts);
+        info_bytes_print(reader, m->bytes);
     }
     if (q->verify == 0)
         return EXIT_DONE;
@@ -273,12 +286,14 @@ static int answer_text(const char *path, const struct spc_reader *reader, const 
 
 /* Tables may be longer than memory: they follow the other members, row by row. */
 static int answer_json(const char *path, const struct spc_reader *reader, const struct request *q,
-                       const struct facts *facts, const struct info_histogram *hist)
+                       const struct facts *facts, const struct measured *m)
 {
     json_t *out = info_json(reader, facts);
     const int code = q->verify ? verify(path, reader, (int)q->verify, out) : EXIT_DONE;
-    if (hist != NULL)
-        json_object_set_new(out, "histogram", info_histogram_json(hist));
+    if (m->hist != NULL)
+        json_object_set_new(out, "histogram", info_histogram_json(m->hist));
+    if (m->bytes != NULL)
+        json_object_set_new(out, "bytes", info_bytes_json(reader, m->bytes));
     char *text = json_dumps(out, JSON_INDENT(2));
     json_decref(out);
     if (text == NULL)
@@ -293,26 +308,33 @@ static int answer_json(const char *path, const struct spc_reader *reader, const 
     return code;
 }
 
+/* A part that cannot be read is left out; the others follow: --verify says where else. */
+static int measure(const char *path, const struct spc_reader *reader, const struct request *q,
+                   struct info_histogram *hist, struct info_bytes *bytes, struct measured *m)
+{
+    struct spc_error err = {0};
+    cli_progress_begin(CLI_PROGRESS_AUTO, path);
+    if (q->histogram != INFO_NOTHING && info_histogram_fill(reader, q->histogram, hist, &err) == SPC_OK)
+        m->hist = hist;
+    if (q->bytes && err.status == SPC_OK && info_bytes_fill(reader, bytes, &err) == SPC_OK)
+        m->bytes = bytes;
+    cli_progress_end();
+    return err.status == SPC_OK ? EXIT_DONE : fault(path, &err);
+}
+
 static int answer(const char *path, const struct spc_reader *reader, const struct request *q)
 {
     const uint32_t clusters = spc_reader_header(reader)->cluster_count;
-    struct spc_error err = {0};
     struct facts facts;
     struct info_histogram hist;
-    int code = EXIT_DONE;
+    struct info_bytes bytes;
+    struct measured m = {0};
     if (q->blocks && q->blocks_of >= clusters)
         return cli_usage("'%s' has the clusters 0 to %u and no %u", path, clusters - 1,
                          q->blocks_of);
-    if (q->histogram != INFO_NOTHING) {
-        cli_progress_begin(CLI_PROGRESS_AUTO, path);
-        if (info_histogram_fill(reader, q->histogram, &hist, &err) != SPC_OK)
-            code = fault(path, &err);       /* and goes on: --verify says where else */
-        cli_progress_end();
-    }
-    const bool counted = q->histogram != INFO_NOTHING && code == EXIT_DONE;
+    const int code = measure(path, reader, q, &hist, &bytes, &m);
     collect(reader, &facts);
-    const int rest = (q->json ? answer_json : answer_text)(path, reader, q, &facts,
-                                                           counted ? &hist : NULL);
+    const int rest = (q->json ? answer_json : answer_text)(path, reader, q, &facts, &m);
     json_decref(facts.meta);
     return code != EXIT_DONE ? code : rest;
 }
@@ -348,6 +370,9 @@ static int take_option(int c, const char *value, struct request *q)
         if (!cli_u32(value, 0, SPC_NONE - 1, &q->blocks_of))
             return cli_usage("--blocks takes the id of a cluster, not '%s'", value);
         return EXIT_DONE;
+    case OPT_BYTES:
+        q->bytes = true;
+        return EXIT_DONE;
     case OPT_HISTOGRAM:
         if (!info_histogram_of(value, &q->histogram))
             return cli_usage("--histogram takes e, radius, normals or size, not '%s'", value);
@@ -369,7 +394,7 @@ static int act(const char *path, const struct request *q)
         return cli_usage("--force is for --recover alone");
     if (q->recover == NULL)
         return inspect(path, q);
-    if (q->clusters || q->blocks || q->histogram != INFO_NOTHING || q->verify != 0)
+    if (q->clusters || q->blocks || q->bytes || q->histogram != INFO_NOTHING || q->verify != 0)
         return cli_usage("--recover goes with --force and --json alone");
     return info_recover(path, q->recover, q->force, q->json);
 }

@@ -167,6 +167,52 @@ awk '/"bytes": / { sub(/.*"bytes": /, ""); print $0 + 0 }' "$folder/cluster_json
 same "size: ends" "$(members min_bytes | head -n 1 | awk -v v="$(head -n 1 "$folder/sizes")" '{ print ($1 <= v) }') $(
     members max_bytes | tail -n 1 | awk -v v="$(tail -n 1 "$folder/sizes")" '{ print ($1 > v) }')" "1 1"
 
+# bytes: every byte of the file is in one stream, whatever the archive
+check_bytes() { # NAME ARCHIVE
+    "$tools/spc-info" --json "$2" >"$folder/facts"
+    info --bytes "$2"
+    sed '1d;/^$/,$d' "$folder/out" >"$folder/streams"
+    same "$1: sum of the streams" "$(sed '/^total/d' "$folder/streams" | awk '{ print $(NF - 2) }' | sum)" \
+        "$(fact file_bytes)"
+    same "$1: total" "$(awk '/^total/ { print $2, $3 }' "$folder/streams")" "$(fact file_bytes) 100.00"
+    awk -v n="$(fact file_bytes)" -v l="$(fact leaves)" '{ b = $(NF - 2); p = b * 100 / n - $(NF - 1); q = b / l - $NF }
+        p > .006 || p < -.006 || q > .0006 || q < -.0006 { print; exit 1 }' "$folder/streams" || fail "$1: shares"
+    [ "$(awk 'length > w { w = length } END { print w }' "$folder/out")" -lt 80 ] || fail "$1: over 80 columns"
+    grep -oE '1/[0-9.]+ of the (median|box)' "$folder/out" | sed 's|1/||' >"$folder/shares"
+    info --json --bytes "$2"
+    valid_json "$1: --bytes"
+    same "$1: JSON" "$(members stored_bytes | sed 1d | sum)" "$(fact file_bytes)"
+    # half the diagonal of the lattice, as shares of three lengths
+    awk -v m="$(members vertex_moved_max)" -v r="$(members leaf_radius_median)" -v e="$(members leaf_longest_edge_median)" \
+        -v d="$(members box_diagonal)" '{ v = (NR == 1 ? r : NR == 2 ? e : d) / m; if (v > $1 + .51 || v < $1 - .51) exit 1 }
+        END { if (NR != 3) exit 1 }' "$folder/shares" || fail "$1: precision"
+    members half_angle_deg | grep -q . && fail "$1: tables that nobody asked for"
+    return 0
+}
+least() { awk -v a="$2" -v b="$3" 'BEGIN { exit !(a <= b) }' || fail "$1: $2 is over $3"; }
+check_bytes colours "$archive"
+# what a builder promises: steps a radius, bits of a length, normals
+least "steps of centres" "$(members max | tail -n 1)" 0.125
+same "rounding" "$(members radius | tr '\n' ' ')" "0.0625 0.00390625 "
+for angle in $(members normal_deg); do least "normals" "$angle" 1.2; done
+"$tools/spc-build" -q --codec raw "$folder/scan.ply" -o "$folder/raw.spc"
+check_bytes raw "$folder/raw.spc"
+"$tools/spc-build" -q --no-triangles "$folder/scan.ply" -o "$folder/points.spc"
+check_bytes points "$folder/points.spc"
+info --bytes "$folder/points.spc"
+head -n 1 "$folder/out" | grep -q '/leaf$' || fail "bytes of points are not told by leaves"
+"$tools/gen-scan" --triangles 1 --shape plane -o "$folder/one.ply" 2>/dev/null
+"$tools/spc-build" -q "$folder/one.ply" -o "$folder/one.spc"
+check_bytes "a triangle or two" "$folder/one.spc"
+"$tools/spc-info" --json "$archive" >"$folder/facts"
+
+# the first picture: the head and all of cluster 0 behind it
+info --json --blocks 0 "$archive"
+same "end of the root cluster" "$(fact first_picture_bytes)" "$(
+    grep '"index":' "$folder/out" | tail -n 1 |
+        sed 's/.*"offset": \([0-9]*\).*"stored_bytes": \([0-9]*\).*/\1 \2/' |
+        awk '{ print $1 + int((64 + $2 + 63) / 64) * 64 }')"
+
 # all normals of a plane are one direction; few axes are counted by octant
 "$tools/gen-scan" --triangles 500 --shape plane -o "$folder/plane.ply" 2>/dev/null
 "$tools/spc-build" -q --no-triangles --normal-clusters 128 "$folder/plane.ply" -o "$folder/plane.spc"
@@ -182,13 +228,14 @@ same "octants" "$(sed '1,2d;/total/d' "$folder/out" | cut -c 1-18 | sort -u | wc
 grep -q octant "$folder/out" || fail "octants are not named"
 
 # several at once, in one order; the summary stands alone
-info --verify=1 --histogram size --blocks 0 --clusters "$archive"
-same "order of the parts" "$(grep -oE '^([0-9]+ clusters on|blocks of|stored bytes|ok )' "$folder/out" | tr '\n' ' ')" \
-    "$clusters clusters on blocks of stored bytes ok  "
+info --verify=1 --bytes --histogram size --blocks 0 --clusters "$archive"
+same "order of the parts" \
+    "$(grep -oE '^([0-9]+ clusters on|blocks of|stored bytes|what the bytes are|ok )' "$folder/out" | tr '\n' ' ')" \
+    "$clusters clusters on blocks of stored bytes what the bytes are ok  "
 grep -q '^nodes ' "$folder/out" && fail "the summary is printed with the tables"
-info --json --verify=1 --histogram size --blocks 0 --clusters "$archive"
+info --json --verify=1 --bytes --histogram size --blocks 0 --clusters "$archive"
 valid_json "all at once"
-for key in verify histogram cluster_table block_table; do
+for key in verify histogram bytes cluster_table block_table; do
     same "members $key" "$(grep -c "^  \"$key\":" "$folder/out")" 1
 done
 
@@ -227,6 +274,9 @@ expect 3 "spc-info: '.*/bad.spc': checksum of block [0-9]+ does not match.*" \
     "$tools/spc-info" --histogram e "$folder/bad.spc"
 one_line
 [ ! -s "$folder/out" ] || fail "a histogram of a part"
+expect 3 ".*checksum of block.*" "$tools/spc-info" --bytes "$folder/bad.spc"
+one_line
+[ ! -s "$folder/out" ] || fail "bytes of a part"
 expect 3 '' "$tools/spc-info" --json --histogram e "$folder/bad.spc"
 valid_json "a damaged archive"
 grep -q '"histogram"' "$folder/out" && fail "a histogram of a part in JSON"
