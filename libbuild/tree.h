@@ -10,11 +10,15 @@
 
 #include "space.h"
 
-enum {
-    SPB_CHILDREN_MAX = 4,
-    SPB_STEP_BITS = 3,              /* lattice steps per radius of a centre: 2^4 to 2^5 */
-    SPB_LENGTH_BITS = 4,            /* of the 8 that a length code has below its exponent */
-};
+enum { SPB_CHILDREN_MAX = 4 };
+
+/* Settable when compiling, so that scripts/decisions measures other choices. */
+#ifndef SPB_STEP_BITS
+#define SPB_STEP_BITS 3             /* lattice steps per radius of a centre: 2^3 to 2^4 */
+#endif
+#ifndef SPB_LENGTH_BITS
+#define SPB_LENGTH_BITS 4           /* of the 8 that a length code has below its exponent */
+#endif
 
 /* Inner nodes use few bits of a length code: the smallest such code that is >= v. */
 uint16_t spb_length_code(double v);
