@@ -88,6 +88,11 @@ $(B)/tests/test_%: $(call obj,tests/test_%.c) $(B)/libtest.a $(B)/libspv.a $(B)/
 $(B)/tests/test_mesh_shim: $(call obj,libbuild/mesh_shim.cpp)
 $(B)/tests/test_mesh_shim: LIBS_test += -lOpenMeshCore -lstdc++
 
+# Programs that measure: a file each in tests/bench/, built only for it. select and count need no GL.
+$(B)/bench-%: $(call obj,tests/bench/%.c) $(B)/libspv.a $(B)/libspc.a
+	$(LINK) $(LIBS_format)
+bench: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-decode && scripts/bench $(B) $(SCAN)  ## cost of the codecs, on a generated scan (SCAN=path: and on that one)
+
 # The same targets as in tests/test_fuzz_replay.c, driven by libFuzzer of clang.
 FUZZERS := $(addprefix $(B)/,fuzz_open fuzz_decode fuzz_verify)
 FUZZ_SECONDS ?= 60
