@@ -39,7 +39,7 @@ BINARIES := $(addprefix $(B)/,$(subst _,-,$(TOOLS))) $(B)/gen-scan
 Q := $(if $(V),,@)
 say := @echo "  "
 
-.PHONY: all demo check tests fuzz fuzzers flips conformance asan tsan bench deps deps-check format tidy layers install clean help
+.PHONY: all demo check tests fuzz fuzzers flips conformance asan tsan bench decisions deps deps-check format tidy layers install clean help
 .SECONDARY:                     # keep objects
 all: $(BINARIES)                ## the tools, into build/release/
 
@@ -92,6 +92,7 @@ $(B)/tests/test_mesh_shim: LIBS_test += -lOpenMeshCore -lstdc++
 $(B)/bench-%: $(call obj,tests/bench/%.c) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_format)
 bench: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-decode && scripts/bench $(B) $(SCAN)  ## cost of the codecs, on a generated scan (SCAN=path: and on that one)
+decisions: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-decisions $(B)/bench-orders && scripts/decisions $(B)  ## tables of spec/decisions.md, some minutes (SPC_DATA=folder: on folder/scans too)
 
 # The same targets as in tests/test_fuzz_replay.c, driven by libFuzzer of clang.
 FUZZERS := $(addprefix $(B)/,fuzz_open fuzz_decode fuzz_verify)
