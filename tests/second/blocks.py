@@ -5,7 +5,7 @@ import math
 
 from codes import (height_value, length_value, link_value, need, normal_vector, pow2,
                    xxh64)
-from head import align, check_node_codes
+from head import check_node_codes, layout
 from records import (check_record, CHUNK, COLORS, GROUP, INNER, Node, NODE, RAW, read_record,
                      unpack_array)
 import planes
@@ -50,27 +50,6 @@ def read_chunk_header(archive, b):
 
 
 # --- section 6.3 ---
-
-def layout(archive, b):
-    """The arrays of a payload: {name: (offset, bytes)}, and its size."""
-    n, v, colors = b.node_count, b.vertex_count, archive.flag(COLORS)
-    arrays = [("nodes", 16 * n)]
-    if colors:
-        arrays.append(("colors", 4 * n))
-    arrays.append(("groups", 4 * archive.header.normal_clusters))
-    if b.kind == INNER:
-        arrays.append(("children", (n + 1) // 2))
-    if b.has_triangles:
-        arrays += [("indices", 6 * n), ("vertex_base", 24),
-                   ("vertices", 3 * v * b.vertex_width)]
-        if colors:
-            arrays.append(("vertex_colors", 4 * v))
-    places, end = {}, 0
-    for name, size in arrays:
-        places[name] = (align(end, 16), size)
-        end = align(end, 16) + size
-    return places, align(end, 16)
-
 
 def read_raw(archive, b):
     what = "block %d" % b.index

@@ -7,7 +7,7 @@ import os
 import struct
 
 from codes import length_value, link_code, unzigzag
-from blocks import layout
+from head import layout
 from hexdump import column_names, element, group_text
 from leaf import Steps
 from records import (BLOCK, CHUNK, CLUSTER, COLORS, HEADER, INNER, NODE, PRELUDE, RAW,

@@ -152,6 +152,8 @@ def check_blocks(archive):
              "%s: exponent of the step" % what)
         need(-126 <= b.link_base <= 96, "%s: link_base" % what)
         check_lattice(archive, b, what)
+        size = layout(archive, b)[1]
+        need(b.stored_bytes <= size + size // 128 + 65536, "%s: stored_bytes" % what)
     need(end == archive.header.file_bytes, "chunks do not end the file")
     need(sum(b.node_count for b in archive.blocks) == archive.header.node_count,
          "nodes of the blocks")
@@ -170,6 +172,27 @@ def check_block_shape(archive, b, what):
         need(1 <= b.vertex_count <= 3 * b.node_count, "%s: vertex_count" % what)
     else:
         need(b.vertex_width == 0 and b.vertex_count == 0, "%s: vertices" % what)
+
+
+def layout(archive, b):
+    """The arrays of a payload: {name: (offset, bytes)}, and its size."""
+    n, v, colors = b.node_count, b.vertex_count, archive.flag(COLORS)
+    arrays = [("nodes", 16 * n)]
+    if colors:
+        arrays.append(("colors", 4 * n))
+    arrays.append(("groups", 4 * archive.header.normal_clusters))
+    if b.kind == INNER:
+        arrays.append(("children", (n + 1) // 2))
+    if b.has_triangles:
+        arrays += [("indices", 6 * n), ("vertex_base", 24),
+                   ("vertices", 3 * v * b.vertex_width)]
+        if colors:
+            arrays.append(("vertex_colors", 4 * v))
+    places, end = {}, 0
+    for name, size in arrays:
+        places[name] = (align(end, 16), size)
+        end = align(end, 16) + size
+    return places, align(end, 16)
 
 
 def check_lattice(archive, b, what):

@@ -1,6 +1,6 @@
 """Annotated hexdump of a small archive: offset, bytes, field, value. Every byte
 of the file appears once; the bytes of a plane's frame are not explained."""
-from blocks import layout
+from head import layout
 from dump import escape, text_of
 from records import (BLOCK, CHUNK, CLUSTER, COLORS, HEADER, INNER, NODE,
                      PRELUDE, RAW, read_field, SECTION, SIZES, TOP)
