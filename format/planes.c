@@ -117,6 +117,13 @@ enum spc_status planes_open(struct planes_reader *r, uint32_t plane_count, uint3
     return SPC_OK;
 }
 
+/* Decoders that stream take memory for the window: at most 8 MiB (RFC 8878, 3.1.1.1). */
+static bool window_ok(const uint8_t *frame)
+{
+    const bool single_segment = frame[4] & 0x20;    /* the window is the content */
+    return single_segment || frame[5] < (13 << 3 | 1);
+}
+
 static bool decode_plane(struct planes_reader *r, const uint8_t *in, uint32_t bytes, uint32_t mode,
                          uint8_t *plane, uint32_t n)
 {
@@ -134,7 +141,7 @@ static bool decode_plane(struct planes_reader *r, const uint8_t *in, uint32_t by
     case PLANE_ZSTD:                /* one frame, not several and none to be skipped */
         if (n == 0)
             return bytes == 0;
-        return bytes >= 4 && load_u32(in) == ZSTD_MAGICNUMBER &&
+        return bytes >= 6 && load_u32(in) == ZSTD_MAGICNUMBER && window_ok(in) &&
                ZSTD_findFrameCompressedSize(in, bytes) == bytes &&
                ZSTD_decompressDCtx(r->zstd, plane, n, in, bytes) == n;
     default:

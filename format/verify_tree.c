@@ -19,7 +19,7 @@ static const char *const L3_NAMES[L3_COUNT] = {
     "parent relation: every node has its parent, every cluster its owner",
     "tops in the directory are the nodes they copy",
     "errors: e_parent is the parent's e_self, e_self never grows downwards and is at least H",
-    "links are long enough for decoded centres and radii",
+    "links are long enough for decoded centres and radii, and shared where they are told once",
     "pills hold every triangle below",
     "cones hold the winding normal of every triangle below",
     "triangles: t is at least the longest edge, corners lie in the box of all vertices",
@@ -108,6 +108,39 @@ static const struct spc_node *parent_of(const struct verify *v, uint32_t depth, 
     return depth == 0 ? NULL : &v->frames[depth - 1].tree->nodes[f->owner];
 }
 
+/* The link of a node whose parent lies in the same block: it follows from both (spec 6.4.1). */
+static double link_inside(const struct verify *v, const struct frame *f, uint32_t node,
+                          const struct spc_node *n, const struct spc_node *p)
+{
+    struct spc_block b;
+    spc_reader_block(v->r, f->tree->block_of[node], &b);
+    const double more = p->radius > n->radius ? p->radius - n->radius : 0;
+    const double need = (distance(v, n->center, p->center) + more +
+                         (double)b.diagonal * 0x1p-20) * (1 + 0x1p-40);
+    return (double)spc_link_decode(spc_link_bound(need, b.link_base), b.link_base);
+}
+
+/* Leaves of one family share their link. */
+static enum spc_status check_families(struct verify *v, const struct frame *f,
+                                      struct spc_error *err)
+{
+    const struct spc_tree *t = f->tree;
+    double *shared = malloc(((size_t)t->node_count + 1) * sizeof *shared);  /* tops last */
+    if (shared == NULL)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to verify cluster %u", f->id);
+    for (uint32_t i = 0; i <= t->node_count; i++)
+        shared[i] = -1;
+    for (uint32_t node = t->inner_count; node < t->node_count; node++) {
+        const uint32_t parent = t->parent[node];
+        double *of = &shared[parent == SPC_PARENT_OWNER ? t->node_count : parent];
+        if (*of >= 0 && *of != t->nodes[node].link)
+            fault(v, L3_LINKS, f, node, "leaves of a family have different links");
+        *of = t->nodes[node].link;
+    }
+    free(shared);
+    return SPC_OK;
+}
+
 static void check_node(struct verify *v, uint32_t depth, uint32_t node)
 {
     const struct frame *f = &v->frames[depth];
@@ -134,6 +167,9 @@ static void check_node(struct verify *v, uint32_t depth, uint32_t node)
                         diagonals * 0x1p-21;
     if (n->link < need)
         fault(v, L3_LINKS, f, node, "a link is too short");
+    if (!leaf && !top && f->tree->block_of[node] == f->tree->block_of[f->tree->parent[node]] &&
+        n->link != link_inside(v, f, node, n, p))
+        fault(v, L3_LINKS, f, node, "a link is not that of its two nodes");
 }
 
 /* ---- triangles ----------------------------------------------------------------------------------- */
@@ -399,6 +435,9 @@ static enum spc_status enter(struct verify *v, uint32_t id, uint32_t owner, stru
     if (status != SPC_OK)
         return status;
     check_tops(v, f);
+    status = check_families(v, f, err);
+    if (status != SPC_OK)
+        return status;
     for (uint32_t n = 0; n < f->tree->node_count; n++)
         check_node(v, v->depth - 1, n);
     return v->hybrid ? check_triangles(v, err) : SPC_OK;

@@ -22,7 +22,7 @@ void spb_space_init(struct spb_space *space, const double min[3], const double m
 
 /*
  * Chooses the vertex lattice: edge is a short edge of the scan (tenth percentile), in units; 0
- * when every edge is 0. Steps of edge/16 or finer, inside what 46 bits of the longest side and
+ * when every edge is 0. Steps of edge/32 or finer, inside what 46 bits of the longest side and
  * the ulp of the coordinates allow.
  */
 void spb_space_set_vertices(struct spb_space *space, double edge);

@@ -87,7 +87,27 @@ START_TEST(a_plane_is_one_frame)
 }
 END_TEST
 
+/* A frame of one segment becomes one with a window of 1 GiB, and decodes to the same. */
+START_TEST(a_window_is_no_larger_than_what_readers_keep)
+{
+    static uint8_t values[N], back[N], out[MAX];
+    struct planes_writer w;
+    struct planes_reader r;
+    size_t bytes = 0;
+    fill(values);
+    ck_assert_int_eq(planes_begin(&w, 1, N, 1, out, MAX, NULL), SPC_OK);
+    planes_put8(&w, values, 160);
+    ck_assert_int_eq(planes_finish(&w, &bytes, NULL), SPC_OK);
+    ck_assert_uint_eq(out[4 + 4], 0x20);
+    out[4 + 4] = 0;
+    ck_assert_int_eq(planes_open(&r, 1, N, out, bytes, NULL), SPC_OK);
+    planes_get8(&r, back, 160);
+    ck_assert(!planes_close(&r));
+}
+END_TEST
+
 int main(void)
 {
-    return SUITE("planes", NULL, NULL, columns_of_every_width_come_back, a_plane_is_one_frame);
+    return SUITE("planes", NULL, NULL, columns_of_every_width_come_back, a_plane_is_one_frame,
+                 a_window_is_no_larger_than_what_readers_keep);
 }

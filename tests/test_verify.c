@@ -162,6 +162,25 @@ START_TEST(a_changed_error_is_found)
 }
 END_TEST
 
+/* A link a step too long: only those that nothing else tells go unseen. */
+static void expect_link_found(int kind, const char *want)
+{
+    uint32_t found = 0;
+    for (uint32_t i = 0; i < 24; i++) {
+        struct patch p = begin();
+        struct spc_reader *r = NULL;
+        struct heard h = {.want = want};
+        payload(&p, find_block(&p, kind))[16 * i + ND_LINK]++;
+        seal(&p);
+        ck_assert_int_eq(spc_reader_open_memory(p.bytes, p.size, &r, NULL), SPC_OK);
+        spc_verify(r, 3, listen, &h, NULL);
+        spc_reader_close(r);
+        free(p.bytes);
+        found += h.heard;
+    }
+    ck_assert_msg(found > 4, "'%s' complained %u times", want, found);
+}
+
 START_TEST(a_shrunken_pill_is_found)
 {
     struct patch p = begin();
@@ -187,6 +206,13 @@ START_TEST(a_shortened_link_is_found)
     uint8_t *record = block_record(&p, 0);
     store_f32(record + BL_LINK_MAX, load_f32(record + BL_LINK_MAX) * 0.5f);
     expect_found(&p, "blocks are in prefix order");
+}
+END_TEST
+
+START_TEST(links_that_are_told_once_are_looked_at)
+{
+    expect_link_found(0, "links are long enough");
+    expect_link_found(1, "links are long enough");
 }
 END_TEST
 
@@ -351,6 +377,7 @@ int main(void)
 {
     return SUITE("verify", case_start, case_finish, an_untouched_archive_is_whole_after_sealing,
                  a_changed_error_is_found, a_shrunken_pill_is_found, a_shortened_link_is_found,
+                 links_that_are_told_once_are_looked_at,
                  a_changed_range_is_found, a_narrowed_cone_is_found, a_changed_top_is_found,
                  a_changed_family_is_found, exchanged_nodes_are_found,
                  bytes_that_must_be_zero_are_looked_at, impossible_directories_do_not_open);

@@ -251,6 +251,8 @@ static void break_it(const char *name)
         node_u16(SPC_BLOCK_LEAF, 1, ND_E_PARENT, 1);
     } else if (strcmp(name, "short-link") == 0) {
         payload(SPC_BLOCK_LEAF, &b, &l)[l.nodes + ND_LINK] -= 40;
+    } else if (strcmp(name, "pill-too-flat") == 0) {
+        payload(SPC_BLOCK_INNER, &b, &l)[l.nodes + ND_HEIGHT] = 0;
     } else if (strcmp(name, "leaf-is-not-its-disk") == 0) {
         node_u16(SPC_BLOCK_LEAF, 2, ND_RADIUS, 1);
     } else if (strcmp(name, "vertex-outside") == 0) {
@@ -274,7 +276,7 @@ static const struct bad {
     {"invalid-normal", "soup-raw", RESEAL_HASHES}, {"padding", "soup-zstd", RESEAL_HASHES},
     {"prelude", "soup-zstd", RESEAL_HASHES}, {"plane-too-long", "soup-zstd", RESEAL_HASHES},
     {"relation", "soup-raw", RESEAL_HASHES}, {"error-changed", "soup-raw", RESEAL_HASHES},
-    {"short-link", "soup-raw", RESEAL_HASHES}, {"leaf-is-not-its-disk", "soup-raw", RESEAL_HASHES},
+    {"short-link", "soup-raw", RESEAL_HASHES}, {"pill-too-flat", "soup-raw", RESEAL_HASHES}, {"leaf-is-not-its-disk", "soup-raw", RESEAL_HASHES},
     {"vertex-outside", "soup-raw", RESEAL_HASHES},
 };
 
