@@ -68,7 +68,7 @@ def check_limits(archive):
     h = archive.header
     limits = ((h.cluster_count, 1 << 24, "clusters"), (h.block_count, 1 << 26, "blocks"),
               (h.block_nodes, 65535, "nodes a block"),
-              (h.cluster_nodes, 1 << 26, "nodes a cluster"),
+              (h.cluster_nodes, 1 << 24, "nodes a cluster"),
               (h.normal_clusters, 128, "normal clusters"), (h.height, 65535, "height"),
               (archive.sections[3].bytes, 64 << 20, "metadata"))
     for value, limit, what in limits:
