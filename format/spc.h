@@ -443,6 +443,7 @@ enum spc_status spc_writer_create(const char *path, bool force, struct spc_write
 /*
  * Reserves the head. Of header, cluster_count, block_count, normal_clusters, flags, unit_exp and
  * vertex_exp are read, and must be the same at finish. Once, before the first cluster.
+ * fails  SPC_NO_MEMORY, SPC_LIMIT (more clusters, blocks or metadata than a reader takes)
  */
 enum spc_status spc_writer_begin(struct spc_writer *writer, const struct spc_header *header,
                                  size_t meta_bytes, struct spc_error *err);

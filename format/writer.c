@@ -188,6 +188,11 @@ enum spc_status spc_writer_begin(struct spc_writer *w, const struct spc_header *
                                  size_t meta_bytes, struct spc_error *err)
 {
     struct spc_section sections[SE_COUNT];
+    if (header->cluster_count > SPC_CLUSTERS_MAX || header->block_count > SPC_BLOCKS_MAX ||
+        meta_bytes > SPC_META_BYTES_MAX)
+        return spc_fail(err, SPC_LIMIT, SPC_NO_OFF,
+                        "%u clusters of %u blocks are over the format's limits: make them larger",
+                        header->cluster_count, header->block_count);
     w->header = *header;
     w->meta_bytes = meta_bytes;
     w->header.head_bytes = place_sections(header, meta_bytes, sections);

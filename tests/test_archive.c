@@ -449,6 +449,20 @@ START_TEST(every_truncation_and_extension_is_found)
 }
 END_TEST
 
+START_TEST(what_no_reader_would_open_is_not_written)
+{
+    struct spc_writer *w = NULL;
+    ck_assert_int_eq(spc_writer_create(case_path("limit.spc"), false, &w, NULL), SPC_OK);
+    const struct spc_header clusters = {.cluster_count = SPC_CLUSTERS_MAX + 1, .block_count = 1,
+                                        .normal_clusters = 1};
+    const struct spc_header blocks = {.cluster_count = 1, .block_count = SPC_BLOCKS_MAX + 1,
+                                      .normal_clusters = 1};
+    ck_assert_int_eq(spc_writer_begin(w, &clusters, 2, NULL), SPC_LIMIT);
+    ck_assert_int_eq(spc_writer_begin(w, &blocks, 2, NULL), SPC_LIMIT);
+    spc_writer_close(w);
+}
+END_TEST
+
 int main(void)
 {
     return SUITE("archive", case_start, case_finish, archives_of_every_shape_verify,
@@ -460,5 +474,6 @@ int main(void)
                  closed_surfaces_are_told_from_open_and_inside_out_ones,
                  parts_and_threads_leave_no_trace, scaling_by_a_power_of_two_changes_no_code,
                  archives_of_huge_and_tiny_scans_verify,
-                 every_flipped_bit_is_found, every_truncation_and_extension_is_found);
+                 every_flipped_bit_is_found, every_truncation_and_extension_is_found,
+                 what_no_reader_would_open_is_not_written);
 }
