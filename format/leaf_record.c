@@ -11,7 +11,7 @@
 
 #include <math.h>
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__clang__) &&                     \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define VECTORS __attribute__((target_clones("arch=x86-64-v3", "default")))
 #else
@@ -100,7 +100,7 @@ VECTORS static void find_center(const struct leaf_frame *f, struct work *w, stru
         const bool acute = most < s0 + s1 + s2 - most;
         const bool is0 = s0 == most, is1 = !is0 & (s1 == most);
         const double sum = acute ? w0 + w1 + w2 : 1;
-        const double plain1 = is1 ? 0 : 0.5, plain2 = is0 | is1 ? 0.5 : 0;
+        const double plain1 = is1 ? 0 : 0.5, plain2 = (is0 | is1) ? 0.5 : 0;
         first[i] = (acute ? w1 : plain1) / sum;
         second[i] = (acute ? w2 : plain2) / sum;
         w->longest[i] = most;
