@@ -1,24 +1,5 @@
 # spc-build and spc-info as a user meets them: build.sh BUILD
-set -eu
-tools=$1
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-fail() {
-    echo "$*"
-    exit 1
-}
-# expect CODE PATTERN COMMAND...: exit code, and a line of stderr that the pattern matches whole
-expect() {
-    code=$1
-    pattern=$2
-    shift 2
-    got=0
-    "$@" >"$folder/out" 2>"$folder/err" || got=$?
-    [ $got -eq "$code" ] || fail "$* exits $got, not $code: $(cat "$folder/err")"
-    [ -z "$pattern" ] || grep -qE "^$pattern\$" "$folder/err" ||
-        fail "$* should say '$pattern', says: $(cat "$folder/err")"
-}
-one_line() { [ "$(wc -l <"$folder/err")" -eq 1 ] || fail "more than one line: $(cat "$folder/err")"; }
+. tests/cli/shared/begin.sh
 absent() { [ ! -e "$1" ] || fail "$1 was left behind"; }
 nothing_else() { # no temporary file stays in the folder
     left=$(find "$folder" -name '*.part' -o -name '.spc*')

@@ -1,11 +1,6 @@
 # The C library and the second reader decode every good archive to the same nodes: dump.sh BUILD
-set -eu
-tools=$1
-for program in python3 zstd; do
-    command -v $program >/dev/null || { echo "skipped: there is no $program"; exit 0; }
-done
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+. tests/cli/shared/begin.sh
+needs python3 zstd
 compared=0
 for file in spec/conformance/good/*.spc; do
     "$tools/conformance_dump" "$file" >"$folder/c"
@@ -18,4 +13,4 @@ for file in spec/conformance/good/*.spc; do
     fi
     compared=$((compared + $(wc -l <"$folder/c")))
 done
-[ $compared -gt 3000 ] || { echo "only $compared lines were compared"; exit 1; }
+[ $compared -gt 3000 ] || fail "only $compared lines were compared"

@@ -1,23 +1,5 @@
 # the tables and histograms of spc-info as a user meets them: info.sh BUILD
-set -eu
-tools=$1
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-fail() {
-    echo "$*"
-    exit 1
-}
-expect() {
-    code=$1
-    pattern=$2
-    shift 2
-    got=0
-    "$@" >"$folder/out" 2>"$folder/err" || got=$?
-    [ $got -eq "$code" ] || fail "$* exits $got, not $code: $(cat "$folder/err")"
-    [ -z "$pattern" ] || grep -qE "^$pattern\$" "$folder/err" ||
-        fail "$* should say '$pattern', says: $(cat "$folder/err")"
-}
-one_line() { [ "$(wc -l <"$folder/err")" -eq 1 ] || fail "more than one line: $(cat "$folder/err")"; }
+. tests/cli/shared/begin.sh
 info() { expect 0 '' "$tools/spc-info" "$@"; }
 same() { [ "$2" = "$3" ] || fail "$1: $2, not $3"; }
 fact() { sed -n "s/^ *\"$1\": \([0-9]*\),*\$/\1/p" "$folder/facts" | head -n 1; }

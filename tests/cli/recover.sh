@@ -1,12 +1,5 @@
 # spc-info --recover as a user meets it: recover.sh BUILD
-set -eu
-tools=$1
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-fail() {
-    echo "$*"
-    exit 1
-}
+. tests/cli/shared/begin.sh
 # recover CODE FILE OPTION...: exit code; what it builds is whole
 recover() {
     code=$1

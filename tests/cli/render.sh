@@ -1,22 +1,5 @@
 # spc-render as a user meets it: render.sh BUILD
-set -eu
-tools=$1
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-fail() {
-    echo "$*"
-    exit 1
-}
-expect() {
-    code=$1
-    pattern=$2
-    shift 2
-    got=0
-    "$@" >"$folder/out" 2>"$folder/err" || got=$?
-    [ $got -eq "$code" ] || fail "$* exits $got, not $code: $(cat "$folder/err")"
-    [ -z "$pattern" ] || grep -qE "^$pattern\$" "$folder/err" ||
-        fail "$* should say '$pattern', says: $(cat "$folder/err")"
-}
+. tests/cli/shared/begin.sh
 png_size() { # width and height from the header
     od -An -tu1 -j16 -N8 "$1" | awk '{ print $3 * 256 + $4 "x" $7 * 256 + $8 }'
 }

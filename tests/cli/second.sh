@@ -1,18 +1,6 @@
 # a second reader, written from the specification alone, against archives and text: second.sh BUILD
-set -eu
-tools=$1
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-fail() {
-    echo "$*"
-    exit 1
-}
-for program in python3 zstd; do
-    if ! command -v $program >/dev/null; then
-        echo "skipped: the second reader needs $program, which is not installed"
-        exit 0
-    fi
-done
+. tests/cli/shared/begin.sh
+needs python3 zstd
 second() { python3 tests/second/spc_second.py "$@"; }
 
 # every conformance archive has the status of the list, and every one is in the list
