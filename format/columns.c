@@ -88,11 +88,6 @@ static void place_families(struct columns *c, uint32_t count[SPC_NORMAL_CLUSTERS
     }
 }
 
-static uint32_t inner_children(uint32_t code)       /* 1, 4, 8 + inner ones of 2, 3, 4 */
-{
-    return code == 0 ? 0 : code < 4 ? code - 1 : code < 8 ? code - 4 : code - 8;
-}
-
 /* ---- encoding ---------------------------------------------------------------------------------- */
 
 struct buffers {                    /* [n + 1] each */
@@ -293,7 +288,7 @@ static bool replay(struct columns *c, const uint8_t *kids, const uint8_t *orphan
             return false;
         family->parent = orphans[f] ? COLUMNS_NO_NODE : stack[--depth];
         family->size = orphans[f] ? orphans[f]
-                                  : (uint8_t)inner_children(kids[family->parent] & KID_CODE);
+                                  : (uint8_t)spc_inner_children_of(kids[family->parent] & KID_CODE);
         if (family->size < 1 || family->size > SPC_CHILDREN_MAX || family->size > c->n - next)
             return false;
         for (uint32_t k = family->size; k-- > 0;)

@@ -75,6 +75,18 @@ struct spc_reader {
 enum spc_status spc_map_file(const char *path, const uint8_t **bytes, uint64_t *size,
                              struct spc_error *err);
 
+/* Child code of an inner node (spec section 7): 0 an owner, else 1, 4 or 8 for 2, 3, 4 children. */
+static inline uint32_t spc_children_of(uint32_t code)
+{
+    return code == 0 ? 0 : code < 4 ? 2 : code < 8 ? 3 : 4;
+}
+
+/* And how many of them are inner ones, which is added to it. */
+static inline uint32_t spc_inner_children_of(uint32_t code)
+{
+    return code == 0 ? 0 : code < 4 ? code - 1 : code < 8 ? code - 4 : code - 8;
+}
+
 /* Smallest link code whose value is >= v; 255 when none is. */
 static inline uint8_t spc_link_bound(double v, int base)
 {

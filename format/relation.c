@@ -124,8 +124,7 @@ static enum spc_status run(struct replay *p, struct spc_error *err)
         const uint32_t parent = p->stack[--p->depth];
         const struct spc_node *node = &t->nodes[parent];
         const uint32_t code = p->child_codes[parent];
-        const uint32_t total = code < 4 ? 2 : code < 8 ? 3 : 4;
-        const uint32_t inner = code - (total == 2 ? 1 : total == 3 ? 4 : 8);
+        const uint32_t total = spc_children_of(code), inner = spc_inner_children_of(code);
         group = group_of(p, node->normal_code);
         status = place_family(p, SPC_BLOCK_INNER, inner, parent, node->e_self, group, err);
         if (status == SPC_OK)
