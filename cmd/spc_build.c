@@ -4,6 +4,7 @@
 #include "meta.h"
 #include "pool.h"
 
+#include <errno.h>
 #include <getopt.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -38,7 +39,7 @@ static const char HELP[] =
 
 enum { OPT_MEMORY = 256, OPT_THREADS, OPT_TEMP, OPT_FORCE, OPT_STRICT, OPT_NO_TRIANGLES, OPT_CULL,
        OPT_ERROR, OPT_CODEC, OPT_CLUSTER_NODES, OPT_BLOCK_NODES, OPT_NORMAL_CLUSTERS, OPT_PROGRESS,
-       OPT_JSON, OPT_PART_FACES };
+       OPT_JSON, OPT_PART_FACES, OPT_SLICE_LOG2 };
 
 static const struct option LONG[] = {
     {"output", 1, NULL, 'o'}, {"memory", 1, NULL, OPT_MEMORY},
@@ -49,7 +50,8 @@ static const struct option LONG[] = {
     {"cluster-nodes", 1, NULL, OPT_CLUSTER_NODES}, {"block-nodes", 1, NULL, OPT_BLOCK_NODES},
     {"normal-clusters", 1, NULL, OPT_NORMAL_CLUSTERS}, {"progress", 1, NULL, OPT_PROGRESS},
     {"json", 0, NULL, OPT_JSON}, {"quiet", 0, NULL, 'q'},
-    {"part-faces", 1, NULL, OPT_PART_FACES},        /* for tests: many small parts */
+    {"part-faces", 1, NULL, OPT_PART_FACES},        /* for tests: many small parts, */
+    {"slice-log2", 1, NULL, OPT_SLICE_LOG2},        /* and vertices on disk */
     {"help", 0, NULL, 'h'}, {"version", 0, NULL, 'V'}, {0},
 };
 
@@ -134,6 +136,11 @@ static int parse_option(int c, const char *value, struct arguments *a)
         if (!cli_u32(value, 1, UINT32_MAX, &n))
             return cli_usage("--part-faces takes a count, not '%s'", value);
         b->part_faces = n;
+        return EXIT_DONE;
+    case OPT_SLICE_LOG2:
+        if (!cli_u32(value, 1, 32, &n))
+            return cli_usage("--slice-log2 takes 1 to 32, not '%s'", value);
+        b->slice_log2 = (int)n;
         return EXIT_DONE;
     case OPT_PROGRESS:
         if (!cli_progress_mode(value, &a->progress))
@@ -236,9 +243,7 @@ static const char *remedy_for(const struct spc_error *err, bool in_scan, bool st
     case SPC_CORRUPT:
     case SPC_CHECKSUM: return in_scan ? "'spc-info --recover' rebuilds an archive from what is whole of it" : NULL;
     case SPC_INPUT_BAD: return strict ? "without --strict they are dropped" : NULL;
-    case SPC_IO: return in_scan || err->os_errno == 0 ? NULL
-                        : err->os_errno == 28 /* ENOSPC */ ? "free some space, or use --temp"
-                                                           : NULL;
+    case SPC_IO: return err->os_errno == ENOSPC ? "free some space, or use --temp" : NULL;
     default: return NULL;
     }
 }

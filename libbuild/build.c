@@ -1,15 +1,23 @@
 #include "build.h"
 
+#include "budget.h"
 #include "faces.h"
 #include "layout.h"
 #include "pool.h"
 #include "top.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <time.h>
+
+const char *const spb_phase_name[SPB_PHASE_COUNT] = {
+    "read vertices", "gather corners", "read faces", "plan parts", "build parts", "write archive",
+};
 
 void spb_build_defaults(struct spb_build_options *options)
 {
@@ -28,7 +36,10 @@ struct build {
     struct spb_build_report *report;
     struct spb_progress progress;
     struct spb_source *source;
+    struct spb_budget budget;
+    struct spb_temp temp;
     struct spb_vertices vertices;
+    struct spb_gather *gather;      /* where vertices are on disk, else NULL */
     struct spb_space space;
     struct spb_face_stats stats;
     struct spb_tmpfile *faces_file, *spool_file;
@@ -39,10 +50,35 @@ struct build {
     struct spb_top top;
     struct spc_writer *writer;
     uint32_t root, height;
-    unsigned threads;
-    uint64_t part_faces;
     bool in_scan;                   /* the stage under way reads the scan: errors are its */
 };
+
+/* ---- what it costs -----------------------------------------------------------------------------*/
+
+static double seconds(clockid_t clock)
+{
+    struct timespec t;
+    clock_gettime(clock, &t);
+    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+static struct spb_phase_cost cost_now(const struct build *b)
+{
+    return (struct spb_phase_cost){seconds(CLOCK_MONOTONIC), seconds(CLOCK_PROCESS_CPUTIME_ID),
+                                   atomic_load(&b->temp.written), atomic_load(&b->temp.read)};
+}
+
+/* Adds to the phase what was spent since *since, and sets that to now. */
+static void charge(struct build *b, enum spb_phase phase, struct spb_phase_cost *since)
+{
+    const struct spb_phase_cost now = cost_now(b);
+    struct spb_phase_cost *out = &b->report->phases[phase];
+    out->wall_s += now.wall_s - since->wall_s;
+    out->cpu_s += now.cpu_s - since->cpu_s;
+    out->temp_written += now.temp_written - since->temp_written;
+    out->temp_read += now.temp_read - since->temp_read;
+    *since = now;
+}
 
 /* ---- reading ----------------------------------------------------------------------------------- */
 
@@ -67,10 +103,42 @@ static enum spc_status open_source(struct build *b, struct spc_error *err)
     return SPC_OK;
 }
 
+static void make_budget(struct build *b)
+{
+    const struct spb_source_info *info = spb_source_info(b->source);
+    const struct spb_record_format format = spb_record_format(info->wide, info->colors);
+    const struct spb_budget_input in = {
+        .memory = b->options->memory,
+        .threads = b->options->threads ? b->options->threads : spb_pool_cores(),
+        .faces = info->strips ? info->vertex_count * 2 : info->face_count,
+        .vertices = info->vertex_count, .vertex_bytes = spb_vertex_bytes(info),
+        .record_bytes = format.bytes, .cluster_nodes = b->options->cluster_nodes,
+    };
+    spb_budget_make(&in, &b->budget);
+    if (b->options->part_faces > 0)
+        b->budget.part_faces = b->options->part_faces;
+    if (b->options->slice_log2 > 0)
+        b->budget.table = 0;
+}
+
+/* Before the long work rather than after it: is there room for what will surely be written? */
+static enum spc_status check_space(const char *folder, uint64_t needed, const char *of,
+                                   struct spc_error *err)
+{
+    struct statvfs fs;
+    if (statvfs(folder, &fs) != 0)
+        return SPC_OK;              /* creating a file there will tell */
+    const double available = (double)fs.f_bavail * (double)fs.f_frsize;
+    if (available >= (double)needed)
+        return SPC_OK;
+    return spc_fail_os(err, ENOSPC, "%s takes about %.1f GB in '%.80s', which has %.1f GB left", of,
+                       (double)needed * 1e-9, folder, available * 1e-9);
+}
+
 static enum spc_status read_vertices(struct build *b, struct spc_error *err)
 {
-    const enum spc_status status =
-        spb_vertices_read(b->source, &b->progress, &b->vertices, err);
+    const enum spc_status status = spb_vertices_read(b->source, &b->temp, b->budget.table,
+                                                     &b->progress, &b->vertices, err);
     if (status != SPC_OK)
         return status;
     b->report->vertices_non_finite = b->vertices.non_finite;
@@ -84,35 +152,19 @@ static enum spc_status read_vertices(struct build *b, struct spc_error *err)
     return SPC_OK;
 }
 
-/*
- * A part in memory takes its records, keys and nodes, about BYTES_A_FACE in all; every thread
- * builds one. More parts than threads keep the cores busy to the end.
- */
-enum { BYTES_A_FACE = 400, PART_FACES_MIN = 4096, PART_FACES_EVEN = 65536 };
-
-static void choose_part_size(struct build *b)
+/* Reading faces and taking them in turns: more threads would wait for the one that reads. */
+static unsigned reading_threads(const struct build *b)
 {
-    const uint64_t most = b->options->memory / ((uint64_t)BYTES_A_FACE * PART_FACES_MIN);
-    if (b->threads > most)          /* even the smallest parts must fit, one a thread */
-        b->threads = most > 0 ? (unsigned)most : 1;
-    const uint64_t faces = spb_source_info(b->source)->strips ? b->vertices.count * 2
-                                                              : b->report->faces;
-    uint64_t even = faces / (4 * (uint64_t)b->threads);
-    if (even < PART_FACES_EVEN)
-        even = PART_FACES_EVEN;
-    b->part_faces = b->options->memory / BYTES_A_FACE / b->threads;
-    if (b->part_faces > even)
-        b->part_faces = even;
-    if (b->part_faces < PART_FACES_MIN)
-        b->part_faces = PART_FACES_MIN;
-    if (b->options->part_faces > 0)
-        b->part_faces = b->options->part_faces;
+    return b->budget.threads < 4 ? b->budget.threads : 4;
 }
 
-/* Distributing and building parts take turns; the rest is the lists of extents and of buckets. */
-static uint64_t buffer_memory(const struct build *b)
+static enum spc_status gather_corners(struct build *b, struct spc_error *err)
 {
-    return b->options->memory / 8 * 5;
+    if (b->vertices.table != NULL)
+        return SPC_OK;
+    return spb_gather_create(b->source, &b->vertices, &b->temp, b->budget.buffers,
+                             b->options->slice_log2, reading_threads(b), &b->progress, &b->gather,
+                             err);
 }
 
 /* A part should be some four cells wide; a surface of n parts is about sqrt(n) parts wide. */
@@ -120,7 +172,7 @@ static int cells_log2(const struct build *b)
 {
     const uint64_t faces = spb_source_info(b->source)->strips ? b->vertices.count * 2
                                                               : b->report->faces;
-    const uint64_t parts = faces / b->part_faces + 1;
+    const uint64_t parts = faces / b->budget.part_faces + 1;
     int log2 = 0;
     if (parts == 1)
         return 0;
@@ -138,7 +190,7 @@ static void release_buckets(struct build *b)
     b->faces_file = NULL;
 }
 
-static enum spc_status distribute_faces(struct build *b, const char *temp, struct spc_error *err)
+static enum spc_status distribute_faces(struct build *b, struct spc_error *err)
 {
     const struct spb_record_format format =
         spb_record_format(b->vertices.wide, b->vertices.colors);
@@ -148,14 +200,15 @@ static enum spc_status distribute_faces(struct build *b, const char *temp, struc
         max[a] = spb_space_from_file(&b->space, a, b->vertices.max[a]);
     }
     b->in_scan = false;
-    enum spc_status status = spb_tmpfile_create(temp, &b->faces_file, err);
+    enum spc_status status = spb_tmpfile_create(&b->temp, &b->faces_file, err);
     if (status == SPC_OK)
         status = spb_distributor_init(&b->distributor, b->faces_file, &format, min, max,
-                                      cells_log2(b), buffer_memory(b), err);
+                                      cells_log2(b), b->budget.buffers, err);
     b->in_scan = status == SPC_OK;
+    const struct spb_faces_input in = {b->source, &b->vertices, b->gather, &b->space,
+                                       reading_threads(b), &b->progress};
     if (status == SPC_OK)
-        status = spb_faces_read(b->source, &b->vertices, &b->space, &b->distributor, &b->stats,
-                                &b->progress, err);
+        status = spb_faces_read(&in, &b->distributor, &b->stats, err);
     return status;
 }
 
@@ -172,16 +225,16 @@ static bool space_of_used(const struct build *b, struct spb_space *used)
  * A stray vertex that no face uses would make the unit so large that the surface shrinks to a few
  * lattice points. Who uses it is known once the faces are read; then they are read again.
  */
-static enum spc_status read_faces(struct build *b, const char *temp, struct spc_error *err)
+static enum spc_status read_faces(struct build *b, struct spc_error *err)
 {
     struct spb_space used;
-    enum spc_status status = distribute_faces(b, temp, err);
+    enum spc_status status = distribute_faces(b, err);
     if (status == SPC_OK && space_of_used(b, &used)) {
         release_buckets(b);
         b->space = used;
         memcpy(b->vertices.min, b->stats.file_min, sizeof b->vertices.min);
         memcpy(b->vertices.max, b->stats.file_max, sizeof b->vertices.max);
-        status = distribute_faces(b, temp, err);
+        status = distribute_faces(b, err);
     }
     if (status != SPC_OK)
         return status;
@@ -202,6 +255,8 @@ static enum spc_status read_faces(struct build *b, const char *temp, struct spc_
     else
         spb_space_set_vertices(&b->space, spb_face_short_edge(&b->stats));
     spb_vertices_release(&b->vertices);
+    spb_gather_free(b->gather);
+    b->gather = NULL;
     return SPC_OK;
 }
 
@@ -242,7 +297,7 @@ static uint32_t normal_clusters(const struct build *b, uint32_t flags)
     return flags & SPC_FLAG_CULL_BACK ? SPC_NORMAL_CLUSTERS_MAX : 1;
 }
 
-static enum spc_status build_tree(struct build *b, const char *temp, struct spc_error *err)
+static enum spc_status plan_parts(struct build *b, struct spc_error *err)
 {
     const struct spb_record_format format = b->distributor.format;
     const struct spb_build_options *o = b->options;
@@ -255,9 +310,10 @@ static enum spc_status build_tree(struct build *b, const char *temp, struct spc_
     };
     b->report->header.flags = pack.flags;
     enum spc_status status =
-        spb_plan_make(&b->plan, &b->distributor, &b->space, b->part_faces, buffer_memory(b), err);
+        spb_plan_make(&b->plan, &b->distributor, b->faces_file, &b->space, b->budget.part_faces,
+                      b->budget.buffers, &b->progress, err);
     if (status == SPC_OK)
-        status = spb_tmpfile_create(temp, &b->spool_file, err);
+        status = spb_tmpfile_create(&b->temp, &b->spool_file, err);
     if (status == SPC_OK)
         status = spb_spool_create(b->spool_file, &b->spool, err);
     if (status == SPC_OK)
@@ -265,10 +321,13 @@ static enum spc_status build_tree(struct build *b, const char *temp, struct spc_
     if (status != SPC_OK)
         return status;
     b->report->parts = b->plan.part_count;
-    status = spb_top_init(&b->top, &b->plan, b->faces_file, &b->shared, err);
-    if (status != SPC_OK)
-        return status;
-    status = spb_pool_run(b->plan.part_count, b->threads, build_part, part_done, b, err);
+    return spb_top_init(&b->top, &b->plan, b->faces_file, &b->shared, err);
+}
+
+static enum spc_status build_tree(struct build *b, struct spc_error *err)
+{
+    enum spc_status status =
+        spb_pool_run(b->plan.part_count, b->budget.threads, build_part, part_done, b, err);
     if (status == SPC_OK)
         status = spb_top_finish(&b->top, &b->root, &b->height, err);
     return status;
@@ -359,8 +418,46 @@ static void release(struct build *b)
     spb_spool_free(b->spool);
     spb_tmpfile_free(b->spool_file);
     spb_vertices_release(&b->vertices);
+    spb_gather_free(b->gather);
     spb_source_close(b->source);
     spc_writer_close(b->writer);
+}
+
+static enum spc_status prepare(struct build *b, struct spc_error *err)
+{
+    char *out = folder_of(b->options->out);
+    enum spc_status status = open_source(b, err);
+    if (status == SPC_OK) {         /* before the long work: a target that cannot be written */
+        b->in_scan = false;
+        make_budget(b);
+        status = check_target(b->options, err);
+        if (status == SPC_OK)
+            status = spc_writer_create(b->options->out, b->options->force, &b->writer, err);
+        if (status == SPC_OK)
+            status = check_space(b->temp.folder, b->budget.temp, "temporary data", err);
+        if (status == SPC_OK && out != NULL)
+            status = check_space(out, b->budget.output, "the archive", err);
+        b->in_scan = status == SPC_OK;
+    }
+    free(out);
+    return status;
+}
+
+static enum spc_status run_phases(struct build *b, struct spc_error *err)
+{
+    static enum spc_status (*const phase[SPB_PHASE_COUNT])(struct build *, struct spc_error *) = {
+        read_vertices, gather_corners, read_faces, plan_parts, build_tree, write_archive,
+    };
+    struct spb_phase_cost since = cost_now(b);
+    enum spc_status status = SPC_OK;
+    for (int p = 0; p < SPB_PHASE_COUNT && status == SPC_OK; p++) {
+        b->in_scan = p <= SPB_READ_FACES;
+        status = phase[p](b, err);
+        charge(b, (enum spb_phase)p, &since);
+    }
+    b->report->temp_written = atomic_load(&b->temp.written);
+    b->report->temp_read = atomic_load(&b->temp.read);
+    return status;
 }
 
 enum spc_status spb_build(const struct spb_build_options *options, struct spb_build_report *report,
@@ -368,38 +465,15 @@ enum spc_status spb_build(const struct spb_build_options *options, struct spb_bu
 {
     struct build b = {.options = options, .report = report, .progress = options->progress};
     *report = (struct spb_build_report){0};
-    b.threads = options->threads ? options->threads : spb_pool_cores();
     char *temp = options->temp ? strdup(options->temp) : folder_of(options->out);
     enum spc_status status = SPC_OK;
     if (temp == NULL)
         status = spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to start");
+    b.temp.folder = temp;
     if (status == SPC_OK)
-        status = open_source(&b, err);
-    if (status == SPC_OK) {
-        b.in_scan = false;          /* before the long work: a target that cannot be written */
-        status = check_target(options, err);
-        if (status == SPC_OK)
-            status = spc_writer_create(options->out, options->force, &b.writer, err);
-        b.in_scan = status == SPC_OK;
-    }
+        status = prepare(&b, err);
     if (status == SPC_OK)
-        status = read_vertices(&b, err);
-    if (status == SPC_OK) {
-        choose_part_size(&b);
-        status = read_faces(&b, temp, err);
-    }
-    if (status == SPC_OK) {
-        b.in_scan = false;
-        status = build_tree(&b, temp, err);
-    }
-    if (status == SPC_OK)
-        status = write_archive(&b, err);
-    if (b.faces_file && b.spool_file) {
-        report->temp_written = spb_tmpfile_bytes_written(b.faces_file) +
-                               spb_tmpfile_bytes_written(b.spool_file);
-        report->temp_read = spb_tmpfile_bytes_read(b.faces_file) +
-                            spb_tmpfile_bytes_read(b.spool_file);
-    }
+        status = run_phases(&b, err);
     if (in_scan != NULL)
         *in_scan = b.in_scan;
     release(&b);

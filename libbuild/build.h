@@ -2,9 +2,9 @@
  * build.h - a scan becomes an archive.
  *
  * Stages, a file each, in the order the data flows: source.h (ply.h) reads, vertices.h and faces.h
- * gather, distribute.h puts faces on disk by place, plan.h finds the parts, top.h builds them and
- * what is above (split.h, tree.h), pack.h makes clusters, spool.h keeps them until the archive is
- * written.
+ * meet (gather.h where the vertices are on disk), distribute.h puts faces on disk by place, plan.h
+ * finds the parts, top.h builds them and what is above (split.h, tree.h), pack.h makes clusters,
+ * spool.h keeps them until the archive is written. budget.h says how much memory each may take.
  */
 #ifndef SPB_BUILD_H
 #define SPB_BUILD_H
@@ -28,8 +28,9 @@ struct spb_build_options {          /* spb_build_defaults, then change */
     int level;
     uint32_t cluster_nodes, block_nodes;
     uint32_t normal_clusters;       /* 0: 128 where back faces are culled, else 1 */
-    uint64_t memory;                /* bytes; bounds the parts that are built at once */
+    uint64_t memory;                /* bytes that the process may take, at least 64 MiB */
     uint64_t part_faces;            /* 0: from memory; tests force many small parts */
+    int slice_log2;                 /* 0: from memory; tests force vertices to disk, 2^n a slice */
     unsigned threads;               /* 0: all cores */
     struct spb_progress progress;
     /*
@@ -41,13 +42,23 @@ struct spb_build_options {          /* spb_build_defaults, then change */
     void *meta_ctx;
 };
 
+enum spb_phase { SPB_READ_VERTICES, SPB_GATHER_CORNERS, SPB_READ_FACES, SPB_PLAN, SPB_BUILD_PARTS,
+                 SPB_WRITE_ARCHIVE, SPB_PHASE_COUNT };
+extern const char *const spb_phase_name[SPB_PHASE_COUNT];
+
+struct spb_phase_cost {
+    double wall_s, cpu_s;           /* of all threads */
+    uint64_t temp_written, temp_read;           /* bytes */
+};
+
 struct spb_build_report {           /* for the summary; valid after success */
     struct spc_header header;
     char format[32];                /* of the scan */
     uint64_t vertices, faces;       /* declared in the scan */
     uint64_t vertices_non_finite;
     uint32_t parts;
-    uint64_t temp_written, temp_read;
+    uint64_t temp_written, temp_read;           /* sums over the phases */
+    struct spb_phase_cost phases[SPB_PHASE_COUNT];
     char remark[200];               /* what the reader wants to be known, or "" */
     struct spb_salvage salvage;     /* with options.salvage */
     bool closed;                    /* every edge meets its reverse, volume is positive */

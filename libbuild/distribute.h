@@ -1,31 +1,27 @@
 /*
  * distribute.h - face records on disk, by the cell of a grid their key lies in.
  *
- * A bucket is one cell's records: ranges of the one temporary file, in input order. The cells are
- * those of the fixed lattice that splitting uses (split.h), so a set of buckets can be split
- * without reading it, as long as it is at least two cells wide.
+ * A bucket is one cell's records, in input order. The cells are those of the fixed lattice that
+ * splitting uses (split.h), so a set of buckets can be split without reading it, as long as it is
+ * at least two cells wide.
  */
 #ifndef SPB_DISTRIBUTE_H
 #define SPB_DISTRIBUTE_H
 
 #include "space.h"
-#include "tmpfile.h"
+#include "spill.h"
 
 struct spb_bucket {
-    uint64_t count;
+    struct spb_pile pile;
     double min[3], max[3];          /* tight box of the keys */
     int cell_exp;                   /* cells are 2^cell_exp units wide */
-    uint64_t *extents;              /* offsets of full buffers, then of the last, partial one */
-    uint32_t extent_count, extent_max;
-    uint8_t *buffer;
-    uint32_t buffered;              /* records */
 };
 
 struct spb_distributor {
-    struct spb_tmpfile *file;
+    struct spb_spill spill;
     struct spb_record_format format;
-    uint32_t buffer_records;
     int cell_exp;
+    double per_cell;                /* 2^-cell_exp, 0 for one cell */
     double first[3];                /* number of the first cell, per axis */
     uint32_t dim[3];
     struct spb_bucket **cells;      /* [dim x * y * z], NULL where nothing fell */
@@ -36,7 +32,7 @@ struct spb_distributor {
 /*
  * A grid over keys in [min, max]: cells of 2^-cells_log2 of the longest side or a little larger;
  * 0 puts everything into one bucket. cells_log2 <= SPB_CELLS_LOG2_MAX; cells are larger where
- * the buffers of all of them would take more than memory bytes. fails SPC_NO_MEMORY
+ * a page for each of them would take more than memory bytes. fails SPC_NO_MEMORY
  */
 enum { SPB_CELLS_LOG2_MAX = 6 };
 enum spc_status spb_distributor_init(struct spb_distributor *d, struct spb_tmpfile *file,
@@ -44,8 +40,11 @@ enum spc_status spb_distributor_init(struct spb_distributor *d, struct spb_tmpfi
                                      const double max[3], int cells_log2, uint64_t memory,
                                      struct spc_error *err);
 
-/* Appends one record. fails SPC_IO, SPC_NO_MEMORY */
-enum spc_status spb_distributor_add(struct spb_distributor *d, const double key[3],
+/* Number of the cell a key lies in. Any thread. */
+size_t spb_distributor_cell(const struct spb_distributor *d, const double key[3]);
+
+/* Appends one record, whose key lies in cell. fails SPC_IO, SPC_NO_MEMORY */
+enum spc_status spb_distributor_add(struct spb_distributor *d, size_t cell, const double key[3],
                                     const uint8_t *record, struct spc_error *err);
 
 /* Writes what is buffered and frees the buffers. The buckets are complete then. */
@@ -54,13 +53,5 @@ enum spc_status spb_distributor_flush(struct spb_distributor *d, struct spc_erro
 /* Frees everything but the buckets, which the caller takes over (spb_bucket_free). */
 void spb_distributor_release(struct spb_distributor *d);
 void spb_bucket_free(struct spb_bucket *bucket);
-
-/* Records [first, first + count) of a bucket, as they were appended. fails SPC_IO */
-enum spc_status spb_bucket_read(const struct spb_bucket *bucket, struct spb_tmpfile *file,
-                                uint32_t record_bytes, uint64_t first, uint64_t count,
-                                uint8_t *records, struct spc_error *err);
-
-/* Records that one extent of a bucket holds, of this many bytes each. */
-uint32_t spb_extent_records(uint32_t record_bytes);
 
 #endif

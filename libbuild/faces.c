@@ -1,5 +1,6 @@
 #include "faces.h"
 
+#include "pool.h"
 #include "vec.h"
 
 #include <stdlib.h>
@@ -40,87 +41,188 @@ static uint64_t corner_name(const struct spb_vertices *v, uint64_t corner, const
     return h;
 }
 
-static void load_vertex(const struct spb_vertices *v, uint64_t i, double xyz[3])
+/* ---- one batch ---------------------------------------------------------------------------------- */
+
+struct kept {                       /* a face that becomes a record */
+    size_t cell;
+    double key[3];
+    uint8_t record[84];
+};
+
+struct sums {                       /* of a batch; bins only of what is there */
+    uint64_t bad_index, non_finite, degenerate, edge_sum;
+    double min[3], max[3], file_min[3], file_max[3];
+    double volume;
+};
+
+struct job {
+    struct spb_face_batch batch;
+    uint8_t vertices[SPB_BATCH_MAX][3][28];     /* of the wanted faces' corners */
+    uint32_t kept_count;
+    struct kept kept[SPB_BATCH_MAX];
+    int16_t bin[SPB_BATCH_MAX];                 /* [kept_count] of the shortest edge, or -1 */
+    struct sums sums;
+};
+
+static int edge_bin(double square)
 {
-    for (uint64_t a = 0; a < 3; a++)
-        xyz[a] = v->wide ? ((const double *)v->xyz)[3 * i + a]
-                         : (double)((const float *)v->xyz)[3 * i + a];
+    int exponent = 0;
+    frexp(square, &exponent);
+    const int bin = exponent + SPB_EDGE_BINS - 64;
+    return bin < 0 ? 0 : bin >= SPB_EDGE_BINS ? SPB_EDGE_BINS - 1 : bin;
 }
 
-/* Counts a face that cannot be kept. */
-static bool usable(const struct spb_vertices *v, const uint64_t corner[3], double xyz[3][3],
-                   struct spb_face_stats *s)
-{
-    if (corner[0] >= v->count || corner[1] >= v->count || corner[2] >= v->count) {
-        s->bad_index++;
-        return false;
-    }
-    if (!v->archive &&              /* there distinct corners may have become one on the lattice */
-        (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0])) {
-        s->degenerate++;
-        return false;
-    }
-    for (int k = 0; k < 3; k++) {
-        load_vertex(v, corner[k], xyz[k]);
-        if (!isfinite(xyz[k][0]) || !isfinite(xyz[k][1]) || !isfinite(xyz[k][2])) {
-            s->non_finite++;
-            return false;
-        }
-    }
-    return true;
-}
-
-static void measure(const uint64_t name[3], const double xyz[3][3],
-                    const struct spb_face *face, struct spb_face_stats *s)
+/* Returns the bin of its shortest edge, -1 when all are 0. */
+static int measure(const uint64_t name[3], const double xyz[3][3], const struct spb_face *face,
+                   struct sums *s)
 {
     double shortest = HUGE_VAL, n[3];
     for (int k = 0; k < 3; k++) {
         double e[3];
         for (int a = 0; a < 3; a++) {
-            s->min[a] = smaller_of(s->min[a], face->corner[k][a]);
-            s->max[a] = larger_of(s->max[a], face->corner[k][a]);
-            s->file_min[a] = smaller_of(s->file_min[a], xyz[k][a]);
-            s->file_max[a] = larger_of(s->file_max[a], xyz[k][a]);
+            s->min[a] = smaller_of(face->corner[k][a], s->min[a]);
+            s->max[a] = larger_of(face->corner[k][a], s->max[a]);
+            s->file_min[a] = smaller_of(xyz[k][a], s->file_min[a]);
+            s->file_max[a] = larger_of(xyz[k][a], s->file_max[a]);
         }
         vec_sub(face->corner[(k + 1) % 3], face->corner[k], e);
         const double square = vec_dot(e, e);
-        if (square > 0 && square < shortest)
-            shortest = square;
+        shortest = square > 0 ? smaller_of(square, shortest) : shortest;
         s->edge_sum += edge_hash(name[k], name[(k + 1) % 3]);
-    }
-    if (shortest < HUGE_VAL) {
-        int exponent = 0;
-        frexp(shortest, &exponent);
-        const int bin = exponent + SPB_EDGE_BINS - 64;
-        s->edge_bins[bin < 0 ? 0 : bin >= SPB_EDGE_BINS ? SPB_EDGE_BINS - 1 : bin]++;
     }
     vec_cross(face->corner[1], face->corner[2], n);
     s->volume += vec_dot(face->corner[0], n);
+    return shortest < HUGE_VAL ? edge_bin(shortest) : -1;
 }
 
-static enum spc_status take_batch(const struct spb_face_batch *batch, const struct spb_vertices *v,
-                                  const struct spb_space *space, struct spb_distributor *out,
-                                  struct spb_face_stats *s, struct spc_error *err)
+static bool finite_face(const double xyz[3][3])
 {
-    s->faces_in += batch->faces_in;
-    s->split_extra += batch->split_extra;
-    s->degenerate += batch->faces_short;
-    for (size_t i = 0; i < batch->count; i++) {
-        double xyz[3][3], key[3];
-        uint64_t name[3];
-        uint8_t rgba[3][4], record[96];
-        struct spb_face face;
-        if (!usable(v, batch->corner[i], xyz, s))
+    for (int k = 0; k < 3; k++)
+        if (!isfinite(xyz[k][0]) || !isfinite(xyz[k][1]) || !isfinite(xyz[k][2]))
+            return false;
+    return true;
+}
+
+static void keep_face(const struct spb_faces_input *in, const struct spb_distributor *out,
+                      struct job *job, size_t i)
+{
+    const struct spb_vertices *v = in->vertices;
+    const uint8_t (*vertex)[28] = job->vertices[i];
+    double xyz[3][3];
+    uint64_t name[3];
+    uint8_t rgba[3][4];
+    struct spb_face face;
+    for (int k = 0; k < 3; k++)
+        spb_vertex_load(v, vertex[k], xyz[k]);
+    if (!finite_face((const double(*)[3])xyz)) {
+        job->sums.non_finite++;
+        return;
+    }
+    for (int k = 0; k < 3; k++) {
+        name[k] = corner_name(v, job->batch.corner[i][k], xyz[k]);
+        if (v->colors)
+            memcpy(rgba[k], vertex[k] + v->bytes - 4, 4);
+    }
+    struct kept *kept = &job->kept[job->kept_count];
+    spb_record_store(&out->format, (const double(*)[3])xyz, (const uint8_t(*)[4])rgba,
+                     kept->record);
+    spb_record_load(&out->format, in->space, kept->record, &face);
+    job->bin[job->kept_count++] =
+        (int16_t)measure(name, (const double(*)[3])xyz, &face, &job->sums);
+    spb_face_key(&face, kept->key);
+    kept->cell = spb_distributor_cell(out, kept->key);
+}
+
+static void fetch_ahead(const struct spb_vertices *v, const uint64_t corner[3])
+{
+    for (int k = 0; k < 3; k++)
+        if (corner[k] < v->count)
+            __builtin_prefetch(v->table + corner[k] * v->bytes);
+}
+
+/* ---- the batches -------------------------------------------------------------------------------- */
+
+struct reading {
+    const struct spb_faces_input *in;
+    struct spb_distributor *out;
+    struct spb_face_stats *stats;
+    struct job *jobs;
+};
+
+static enum spc_status read_batch(void *ctx, size_t slot, bool *end, struct spc_error *err)
+{
+    struct reading *r = ctx;
+    const struct spb_faces_input *in = r->in;
+    struct job *job = &r->jobs[slot];
+    enum spc_status status = spb_source_faces(in->source, &job->batch, err);
+    if (status != SPC_OK)
+        return status;
+    r->stats->faces_in += job->batch.faces_in;
+    r->stats->split_extra += job->batch.split_extra;
+    r->stats->degenerate += job->batch.faces_short;
+    *end = job->batch.count == 0;
+    for (size_t i = 0; i < job->batch.count && in->gather != NULL; i++)
+        for (int k = 0; k < 3 && spb_face_wanted(in->vertices, job->batch.corner[i]); k++) {
+            status = spb_gather_next(in->gather, job->batch.corner[i][k], job->vertices[i][k], err);
+            if (status != SPC_OK)
+                return status;
+        }
+    if (spb_progress_tell(in->progress, "read faces", spb_source_bytes_done(in->source),
+                          spb_source_info(in->source)->file_bytes))
+        return spc_fail(err, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
+    return SPC_OK;
+}
+
+static enum spc_status work_batch(void *ctx, size_t slot, struct spc_error *err)
+{
+    enum { AHEAD = 16 };
+    const struct reading *r = ctx;
+    const struct spb_vertices *v = r->in->vertices;
+    struct job *job = &r->jobs[slot];
+    (void)err;
+    job->kept_count = 0;
+    job->sums = (struct sums){
+        .min = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, .max = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
+        .file_min = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, .file_max = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+    for (size_t i = 0; i < job->batch.count; i++) {
+        const uint64_t *corner = job->batch.corner[i];
+        if (v->table != NULL && i + AHEAD < job->batch.count)
+            fetch_ahead(v, job->batch.corner[i + AHEAD]);
+        if (!spb_face_wanted(v, corner)) {
+            const bool bad = corner[0] >= v->count || corner[1] >= v->count || corner[2] >= v->count;
+            *(bad ? &job->sums.bad_index : &job->sums.degenerate) += 1;
             continue;
-        for (int k = 0; k < 3; k++)
-            name[k] = corner_name(v, batch->corner[i][k], xyz[k]);
-        for (int k = 0; k < 3 && v->colors; k++)
-            memcpy(rgba[k], v->rgba[batch->corner[i][k]], 4);
-        spb_record_store(&out->format, (const double(*)[3])xyz, (const uint8_t(*)[4])rgba, record);
-        spb_record_load(&out->format, space, record, &face);
-        measure(name, (const double(*)[3])xyz, &face, s);
-        spb_face_key(&face, key);
-        const enum spc_status status = spb_distributor_add(out, key, record, err);
+        }
+        for (int k = 0; k < 3 && v->table != NULL; k++)
+            memcpy(job->vertices[i][k], v->table + corner[k] * v->bytes, v->bytes);
+        keep_face(r->in, r->out, job, i);
+    }
+    return SPC_OK;
+}
+
+/* In the order of the batches, so that sums of doubles do not depend on timing either. */
+static enum spc_status take_batch(void *ctx, size_t slot, struct spc_error *err)
+{
+    struct reading *r = ctx;
+    struct spb_face_stats *s = r->stats;
+    const struct job *job = &r->jobs[slot];
+    s->bad_index += job->sums.bad_index;
+    s->non_finite += job->sums.non_finite;
+    s->degenerate += job->sums.degenerate;
+    s->edge_sum += job->sums.edge_sum;
+    s->volume += job->sums.volume;
+    for (int a = 0; a < 3; a++) {
+        s->min[a] = smaller_of(job->sums.min[a], s->min[a]);
+        s->max[a] = larger_of(job->sums.max[a], s->max[a]);
+        s->file_min[a] = smaller_of(job->sums.file_min[a], s->file_min[a]);
+        s->file_max[a] = larger_of(job->sums.file_max[a], s->file_max[a]);
+    }
+    for (uint32_t i = 0; i < job->kept_count; i++) {
+        const struct kept *kept = &job->kept[i];
+        if (job->bin[i] >= 0)
+            s->edge_bins[job->bin[i]]++;
+        const enum spc_status status =
+            spb_distributor_add(r->out, kept->cell, kept->key, kept->record, err);
         if (status != SPC_OK)
             return status;
         s->kept++;
@@ -128,33 +230,25 @@ static enum spc_status take_batch(const struct spb_face_batch *batch, const stru
     return SPC_OK;
 }
 
-enum spc_status spb_faces_read(struct spb_source *source, const struct spb_vertices *vertices,
-                               const struct spb_space *space, struct spb_distributor *out,
-                               struct spb_face_stats *stats, struct spb_progress *progress,
-                               struct spc_error *err)
+enum spc_status spb_faces_read(const struct spb_faces_input *in, struct spb_distributor *out,
+                               struct spb_face_stats *stats, struct spc_error *err)
 {
-    const uint64_t file_bytes = spb_source_info(source)->file_bytes;
-    struct spb_face_batch *batch = malloc(sizeof *batch);
+    const size_t slots = in->threads > 1 ? 2 * (size_t)in->threads : 1;
+    struct reading r = {in, out, stats, malloc(slots * sizeof *r.jobs)};
+    const struct spb_pipe pipe = {read_batch, work_batch, take_batch, &r};
     *stats = (struct spb_face_stats){.kept = 0};
     for (int a = 0; a < 3; a++) {
         stats->min[a] = stats->file_min[a] = HUGE_VAL;
         stats->max[a] = stats->file_max[a] = -HUGE_VAL;
     }
-    if (batch == NULL)
+    if (r.jobs == NULL)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to read faces");
-    enum spc_status status = spb_source_begin_faces(source, err);
-    while (status == SPC_OK) {
-        status = spb_source_faces(source, batch, err);
-        if (status != SPC_OK)
-            break;
-        status = take_batch(batch, vertices, space, out, stats, err);
-        if (batch->count == 0)
-            break;
-        if (status == SPC_OK && spb_progress_tell(progress, "read faces",
-                                                  spb_source_bytes_done(source), file_bytes))
-            status = spc_fail(err, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
-    }
-    free(batch);
+    if (in->gather != NULL)
+        spb_gather_begin(in->gather);
+    enum spc_status status = spb_source_begin_faces(in->source, err);
+    if (status == SPC_OK)
+        status = spb_pool_pipe(&pipe, slots, in->threads, err);
+    free(r.jobs);
     return status == SPC_OK ? spb_distributor_flush(out, err) : status;
 }
 

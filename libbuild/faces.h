@@ -5,7 +5,7 @@
 #define SPB_FACES_H
 
 #include "distribute.h"
-#include "vertices.h"
+#include "gather.h"
 
 enum { SPB_EDGE_BINS = 2304 };
 
@@ -22,13 +22,20 @@ struct spb_face_stats {
 
 /*
  * Reads all faces of source, drops the unusable with their reason, and hands the rest to the
- * distributor as records of its format. Flushes the distributor.
- * fails  what the source and the distributor fail with; SPC_CANCELLED
+ * distributor as records of its format. Flushes the distributor. gather: where the vertices are,
+ * or NULL when they are in memory.
+ * fails  what the source, the gatherer and the distributor fail with; SPC_CANCELLED
  */
-enum spc_status spb_faces_read(struct spb_source *source, const struct spb_vertices *vertices,
-                               const struct spb_space *space, struct spb_distributor *out,
-                               struct spb_face_stats *stats, struct spb_progress *progress,
-                               struct spc_error *err);
+struct spb_faces_input {
+    struct spb_source *source;
+    const struct spb_vertices *vertices;
+    struct spb_gather *gather;
+    const struct spb_space *space;
+    unsigned threads;
+    struct spb_progress *progress;
+};
+enum spc_status spb_faces_read(const struct spb_faces_input *in, struct spb_distributor *out,
+                               struct spb_face_stats *stats, struct spc_error *err);
 
 /* A short edge of the scan: the tenth percentile of the shortest edges, rounded down to a power
  * of two of its square; 0 when every edge is 0. Units. */

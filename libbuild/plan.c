@@ -19,7 +19,11 @@ struct planner {
     const struct spb_space *space;
     uint64_t part_faces;
     uint64_t memory;                /* for the buffers of a finer grid */
+    struct spb_progress *progress;
+    uint64_t moved;                 /* records distributed again */
 };
+
+enum { COPY_RECORDS = 1024 };
 
 static enum spc_status no_memory(struct spc_error *err)
 {
@@ -69,39 +73,51 @@ static enum spc_status set_of_buckets(struct spb_bucket *const *buckets, uint32_
     if (s->pieces == NULL)
         return no_memory(err);
     for (uint32_t i = 0; i < n; i++)
-        s->pieces[i] = (struct spb_piece){buckets[i], 0, buckets[i]->count};
+        s->pieces[i] = (struct spb_piece){buckets[i], 0, buckets[i]->pile.count};
     s->piece_count = n;
     set_measure(s);
     return SPC_OK;
 }
 
 /* Copies the set's records to the buckets of a finer grid over its own box. */
-static enum spc_status copy_records(const struct planner *p, const struct set *s,
-                                    struct spb_distributor *d, struct spc_error *err)
+static enum spc_status copy_piece(struct planner *p, const struct spb_piece *piece,
+                                  struct spb_distributor *d, uint8_t *records,
+                                  struct spc_error *err)
 {
     const uint32_t bytes = p->format.bytes;
-    const uint32_t at_once = spb_extent_records(bytes);
+    struct spb_pile_reader reader = {&piece->bucket->pile, p->file, 0, 0};
     enum spc_status status = SPC_OK;
-    uint8_t *records = malloc((size_t)at_once * bytes);
+    spb_pile_skip(&reader, piece->first * bytes);
+    for (uint64_t left = piece->count; left > 0 && status == SPC_OK;) {
+        const uint64_t n = left < COPY_RECORDS ? left : COPY_RECORDS;
+        status = spb_pile_read(&reader, records, n * bytes, err);
+        for (uint64_t k = 0; k < n && status == SPC_OK; k++) {
+            struct spb_face face;
+            double key[3];
+            spb_record_load(&p->format, p->space, records + k * bytes, &face);
+            spb_face_key(&face, key);
+            status = spb_distributor_add(d, spb_distributor_cell(d, key), key,
+                                         records + k * bytes, err);
+        }
+        left -= n;
+        p->moved += n;
+        if (status == SPC_OK && spb_progress_tell(p->progress, "plan parts", p->moved, 0))
+            status = spc_fail(err, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
+    }
+    if (status == SPC_OK && piece->count == piece->bucket->pile.count)
+        spb_pile_discard(&piece->bucket->pile, p->file);
+    return status;
+}
+
+static enum spc_status copy_records(struct planner *p, const struct set *s,
+                                    struct spb_distributor *d, struct spc_error *err)
+{
+    enum spc_status status = SPC_OK;
+    uint8_t *records = malloc((size_t)COPY_RECORDS * p->format.bytes);
     if (records == NULL)
         return no_memory(err);
-    for (uint32_t i = 0; i < s->piece_count && status == SPC_OK; i++) {
-        const struct spb_piece *piece = &s->pieces[i];
-        for (uint64_t done = 0; done < piece->count && status == SPC_OK;) {
-            const uint64_t left = piece->count - done;
-            const uint64_t n = left < at_once ? left : at_once;
-            status = spb_bucket_read(piece->bucket, p->file, bytes, piece->first + done, n, records,
-                                     err);
-            for (uint64_t k = 0; k < n && status == SPC_OK; k++) {
-                struct spb_face face;
-                double key[3];
-                spb_record_load(&p->format, p->space, records + k * bytes, &face);
-                spb_face_key(&face, key);
-                status = spb_distributor_add(d, key, records + k * bytes, err);
-            }
-            done += n;
-        }
-    }
+    for (uint32_t i = 0; i < s->piece_count && status == SPC_OK; i++)
+        status = copy_piece(p, &s->pieces[i], d, records, err);
     free(records);
     return status;
 }
@@ -266,11 +282,14 @@ static enum spc_status plan_set(struct planner *p, struct set *s, uint32_t index
 }
 
 enum spc_status spb_plan_make(struct spb_plan *plan, struct spb_distributor *distributor,
+                              struct spb_tmpfile *file,
                               const struct spb_space *space, uint64_t part_faces,
-                              uint64_t memory, struct spc_error *err)
+                              uint64_t memory, struct spb_progress *progress,
+                              struct spc_error *err)
 {
-    struct planner p = {plan, distributor->file, distributor->format, space,
-                        part_faces < PART_MIN ? PART_MIN : part_faces, memory};
+    struct planner p = {.plan = plan, .file = file, .format = distributor->format, .space = space,
+                        .part_faces = part_faces < PART_MIN ? PART_MIN : part_faces,
+                        .memory = memory, .progress = progress};
     struct set all = {0};
     uint32_t root = 0;
     *plan = (struct spb_plan){0};
@@ -307,11 +326,15 @@ enum spc_status spb_part_read(const struct spb_part *part, struct spb_tmpfile *f
 {
     for (uint32_t i = 0; i < part->piece_count; i++) {
         const struct spb_piece *piece = &part->pieces[i];
-        const enum spc_status status = spb_bucket_read(piece->bucket, file, record_bytes,
-                                                       piece->first, piece->count, records, err);
+        struct spb_pile_reader reader = {&piece->bucket->pile, file, 0, 0};
+        const uint64_t bytes = piece->count * record_bytes;
+        spb_pile_skip(&reader, piece->first * record_bytes);
+        const enum spc_status status = spb_pile_read(&reader, records, bytes, err);
         if (status != SPC_OK)
             return status;
-        records += piece->count * record_bytes;
+        if (piece->count == piece->bucket->pile.count)
+            spb_pile_discard(&piece->bucket->pile, file);
+        records += bytes;
     }
     return SPC_OK;
 }

@@ -9,6 +9,7 @@
 #define SPB_PLAN_H
 
 #include "distribute.h"
+#include "progress.h"
 
 struct spb_piece {                  /* records [first, first + count) of a bucket */
     const struct spb_bucket *bucket;
@@ -40,14 +41,18 @@ struct spb_plan {
 /*
  * Plans the flushed distributor's buckets (taken over, also on failure) into parts of at most
  * part_faces records. memory: bytes that distributing again may take for buffers.
- * fails  SPC_NO_MEMORY, SPC_IO
+ * fails  SPC_NO_MEMORY, SPC_IO, SPC_CANCELLED
  */
 enum spc_status spb_plan_make(struct spb_plan *plan, struct spb_distributor *distributor,
-                              const struct spb_space *space, uint64_t part_faces,
-                              uint64_t memory, struct spc_error *err);
+                              struct spb_tmpfile *file, const struct spb_space *space,
+                              uint64_t part_faces, uint64_t memory, struct spb_progress *progress,
+                              struct spc_error *err);
 void spb_plan_release(struct spb_plan *plan);
 
-/* Reads a part's records: records[part->count * record_bytes], input order within equal keys. */
+/*
+ * Reads a part's records: records[part->count * record_bytes], input order within equal keys. Once:
+ * their disk space is given back.
+ */
 enum spc_status spb_part_read(const struct spb_part *part, struct spb_tmpfile *file,
                               uint32_t record_bytes, uint8_t *records, struct spc_error *err);
 

@@ -1,18 +1,26 @@
 /*
  * tmpfile.h - an unnamed temporary file that only grows.
  *
- * Unlinked from birth: whatever happens to the process, nothing stays behind. Appending and
- * reading are safe from several threads.
+ * Unlinked from birth: whatever happens to the process, nothing stays behind. Appending, reading
+ * and discarding are safe from several threads.
  */
 #ifndef SPB_TMPFILE_H
 #define SPB_TMPFILE_H
 
 #include "spc.h"
 
+#include <stdatomic.h>
+#include <sys/uio.h>
+
+struct spb_temp {                   /* where they are, and what they cost; {folder} and zeros */
+    const char *folder;
+    atomic_uint_fast64_t written, read;         /* bytes, of all files */
+};
+
 struct spb_tmpfile;
 
-/* Creates it in folder. fails SPC_IO, SPC_NO_MEMORY */
-enum spc_status spb_tmpfile_create(const char *folder, struct spb_tmpfile **out,
+/* Creates it in temp, which must live as long. fails SPC_IO, SPC_NO_MEMORY */
+enum spc_status spb_tmpfile_create(struct spb_temp *temp, struct spb_tmpfile **out,
                                    struct spc_error *err);
 void spb_tmpfile_free(struct spb_tmpfile *file);
 
@@ -20,11 +28,15 @@ void spb_tmpfile_free(struct spb_tmpfile *file);
 enum spc_status spb_tmpfile_append(struct spb_tmpfile *file, const void *bytes, size_t n,
                                    uint64_t *off, struct spc_error *err);
 
+/* The same for the bytes of count parts, which it uses up, as one piece. */
+enum spc_status spb_tmpfile_append_parts(struct spb_tmpfile *file, struct iovec *parts, int count,
+                                         uint64_t *off, struct spc_error *err);
+
 /* Reads n bytes at off, all of which must have been appended. fails SPC_IO */
 enum spc_status spb_tmpfile_read(struct spb_tmpfile *file, uint64_t off, void *bytes, size_t n,
                                  struct spc_error *err);
 
-uint64_t spb_tmpfile_bytes_written(const struct spb_tmpfile *file);
-uint64_t spb_tmpfile_bytes_read(const struct spb_tmpfile *file);
+/* Bytes that will not be read again: their blocks are given back where the file system can. */
+void spb_tmpfile_discard(struct spb_tmpfile *file, uint64_t off, uint64_t n);
 
 #endif

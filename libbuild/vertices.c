@@ -1,6 +1,7 @@
 #include "vertices.h"
 
 #include "bytes.h"
+#include "vec.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -12,74 +13,120 @@ static void widen(struct spb_vertices *v, const double p[3])
         return;
     }
     for (int a = 0; a < 3; a++) {
-        v->min[a] = p[a] < v->min[a] ? p[a] : v->min[a];
-        v->max[a] = p[a] > v->max[a] ? p[a] : v->max[a];
+        v->min[a] = smaller_of(p[a], v->min[a]);
+        v->max[a] = larger_of(p[a], v->max[a]);
     }
 }
 
-static enum spc_status allocate(struct spb_vertices *v, struct spc_error *err)
+static void store(const struct spb_vertices *v, const double xyz[3], const uint8_t rgba[4],
+                  uint8_t *out)
 {
-    uint64_t xyz_bytes = 0, rgba_bytes = 0;
-    if (!mul_ok(v->count, v->wide ? 24 : 12, &xyz_bytes) || !mul_ok(v->count, 4, &rgba_bytes) ||
-        xyz_bytes > SIZE_MAX / 2)
-        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "too many vertices for this machine");
-    v->xyz = malloc((size_t)xyz_bytes + 1);
+    if (v->wide) {
+        memcpy(out, xyz, 24);
+    } else {
+        const float narrow[3] = {(float)xyz[0], (float)xyz[1], (float)xyz[2]};
+        memcpy(out, narrow, 12);
+    }
     if (v->colors)
-        v->rgba = malloc((size_t)rgba_bytes + 1);
-    if (v->xyz == NULL || (v->colors && v->rgba == NULL))
-        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF,
-                        "no memory for the vertex table of %llu MB",
-                        (unsigned long long)((xyz_bytes + (v->colors ? rgba_bytes : 0)) >> 20));
-    return SPC_OK;
+        memcpy(out + v->bytes - 4, rgba, 4);
+}
+
+void spb_vertex_load(const struct spb_vertices *v, const uint8_t *bytes, double xyz[3])
+{
+    float narrow[3];
+    if (v->wide) {
+        memcpy(xyz, bytes, 24);
+        return;
+    }
+    memcpy(narrow, bytes, 12);
+    for (int a = 0; a < 3; a++)
+        xyz[a] = (double)narrow[a];
+}
+
+struct reading {
+    struct spb_vertices *v;
+    struct spb_vertex_batch batch;
+    uint8_t packed[SPB_BATCH_MAX * 28];         /* of a batch, on its way to disk */
+};
+
+/* One batch to its place; batches are appended by one thread, so the table is one piece. */
+static enum spc_status place(struct reading *r, uint64_t at, struct spc_error *err)
+{
+    struct spb_vertices *v = r->v;
+    const struct spb_vertex_batch *batch = &r->batch;
+    uint8_t *out = v->table ? v->table + at * v->bytes : r->packed;
+    uint64_t off;
+    for (size_t i = 0; i < batch->count; i++) {
+        widen(v, batch->xyz[i]);
+        store(v, batch->xyz[i], batch->rgba[i], out + i * v->bytes);
+    }
+    if (v->table != NULL)
+        return SPC_OK;
+    const enum spc_status status =
+        spb_tmpfile_append(v->file, r->packed, batch->count * v->bytes, &off, err);
+    if (at == 0)
+        v->off = off;
+    return status;
 }
 
 static enum spc_status read_all(struct spb_source *source, struct spb_progress *progress,
-                                struct spb_vertices *v, struct spb_vertex_batch *batch,
-                                struct spc_error *err)
+                                struct reading *r, struct spc_error *err)
 {
     const uint64_t file_bytes = spb_source_info(source)->file_bytes;
     uint64_t at = 0;
     enum spc_status status = spb_source_begin_vertices(source, err);
     while (status == SPC_OK) {
-        status = spb_source_vertices(source, batch, err);
-        if (status != SPC_OK || batch->count == 0)
+        status = spb_source_vertices(source, &r->batch, err);
+        if (status != SPC_OK || r->batch.count == 0)
             break;
-        if (batch->count > v->count - at)
+        if (r->batch.count > r->v->count - at)
             return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "more vertices than declared");
-        for (size_t i = 0; i < batch->count; i++, at++) {
-            widen(v, batch->xyz[i]);
-            for (int a = 0; a < 3; a++)
-                if (v->wide)
-                    ((double *)v->xyz)[3 * at + (uint64_t)a] = batch->xyz[i][a];
-                else
-                    ((float *)v->xyz)[3 * at + (uint64_t)a] = (float)batch->xyz[i][a];
-            if (v->colors)
-                memcpy(v->rgba[at], batch->rgba[i], 4);
-        }
-        if (spb_progress_tell(progress, "read vertices", spb_source_bytes_done(source), file_bytes))
-            return spc_fail(err, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
+        status = place(r, at, err);
+        at += r->batch.count;
+        if (status == SPC_OK &&
+            spb_progress_tell(progress, "read vertices", spb_source_bytes_done(source), file_bytes))
+            status = spc_fail(err, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
     }
-    if (status == SPC_OK && at != v->count)
+    if (status == SPC_OK && at != r->v->count)
         status = spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "fewer vertices than declared");
     return status;
 }
 
-enum spc_status spb_vertices_read(struct spb_source *source, struct spb_progress *progress,
-                                  struct spb_vertices *out, struct spc_error *err)
+static enum spc_status make_room(struct spb_vertices *v, struct spb_temp *temp, uint64_t memory,
+                                 struct spc_error *err)
+{
+    uint64_t bytes = 0;
+    if (!mul_ok(v->count, v->bytes, &bytes) || bytes > INT64_MAX)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "too many vertices for this machine");
+    if (bytes > memory)
+        return spb_tmpfile_create(temp, &v->file, err);
+    v->table = malloc((size_t)bytes + 1);
+    return v->table ? SPC_OK
+                    : spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF,
+                               "no memory for the vertex table of %llu MB",
+                               (unsigned long long)(bytes >> 20));
+}
+
+enum spc_status spb_vertices_read(struct spb_source *source, struct spb_temp *temp, uint64_t memory,
+                                  struct spb_progress *progress, struct spb_vertices *out,
+                                  struct spc_error *err)
 {
     const struct spb_source_info *info = spb_source_info(source);
     *out = (struct spb_vertices){.count = info->vertex_count, .wide = info->wide,
-                                 .colors = info->colors, .archive = info->archive};
+                                 .colors = info->colors, .archive = info->archive,
+                                 .bytes = spb_vertex_bytes(info)};
     for (int a = 0; a < 3; a++) {
         out->min[a] = INFINITY;
         out->max[a] = -INFINITY;
     }
-    struct spb_vertex_batch *batch = malloc(sizeof *batch);
-    enum spc_status status = batch ? allocate(out, err)
-                                   : spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to read");
-    if (status == SPC_OK)
-        status = read_all(source, progress, out, batch, err);
-    free(batch);
+    struct reading *r = malloc(sizeof *r);
+    enum spc_status status = r ? make_room(out, temp, memory, err)
+                               : spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to read");
+    if (status == SPC_OK) {
+        r->v = out;
+        status = read_all(source, progress, r, err);
+    }
+    free(r);
     if (status != SPC_OK)
         spb_vertices_release(out);
     return status;
@@ -87,7 +134,7 @@ enum spc_status spb_vertices_read(struct spb_source *source, struct spb_progress
 
 void spb_vertices_release(struct spb_vertices *vertices)
 {
-    free(vertices->xyz);
-    free(vertices->rgba);
+    free(vertices->table);
+    spb_tmpfile_free(vertices->file);
     *vertices = (struct spb_vertices){0};
 }

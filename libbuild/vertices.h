@@ -1,27 +1,40 @@
 /*
- * vertices.h - the vertex table of one scan, for gathering the corners of faces.
+ * vertices.h - the vertex table of one scan: in memory, or on disk where it is too large for that.
  */
 #ifndef SPB_VERTICES_H
 #define SPB_VERTICES_H
 
 #include "progress.h"
 #include "source.h"
+#include "tmpfile.h"
 
 struct spb_vertices {
     uint64_t count;
     bool wide, colors, archive;     /* as in spb_source_info */
-    void *xyz;                      /* float or (wide) double [count][3], file units */
-    uint8_t (*rgba)[4];             /* [count], NULL without colors */
+    uint32_t bytes;                 /* of one: 3 floats or (wide) doubles, file units; 4 of colour */
+    uint8_t *table;                 /* [count][bytes], or NULL: on disk */
+    struct spb_tmpfile *file;
+    uint64_t off;                   /* of the table in the file, in one piece */
     double min[3], max[3];          /* of the finite vertices; min > max when there is none */
     uint64_t non_finite;
 };
 
 /*
- * Reads all vertices of source into memory.
- * fails  what the source fails with; SPC_NO_MEMORY; SPC_CANCELLED
+ * Reads all vertices of source, into memory when the table takes at most memory bytes.
+ * fails  what the source fails with; SPC_NO_MEMORY; SPC_IO; SPC_CANCELLED
  */
-enum spc_status spb_vertices_read(struct spb_source *source, struct spb_progress *progress,
-                                  struct spb_vertices *out, struct spc_error *err);
+enum spc_status spb_vertices_read(struct spb_source *source, struct spb_temp *temp, uint64_t memory,
+                                  struct spb_progress *progress, struct spb_vertices *out,
+                                  struct spc_error *err);
 void spb_vertices_release(struct spb_vertices *vertices);
+
+/* Bytes of one, as stored here. */
+static inline uint32_t spb_vertex_bytes(const struct spb_source_info *info)
+{
+    return (info->wide ? 24u : 12u) + (info->colors ? 4u : 0u);
+}
+
+/* The coordinates of one, from its bytes. */
+void spb_vertex_load(const struct spb_vertices *vertices, const uint8_t *bytes, double xyz[3]);
 
 #endif
