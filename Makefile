@@ -64,7 +64,7 @@ $(B)/lib%.a:
 	$(Q)$(AR) rcs $@ $^
 
 LINK = $(say) LINK $@ && $(CC) $(ALL_CFLAGS) $(LDFLAGS) $(filter %.o %.a,$^) -o $@
-$(B)/spc-build: $(call obj,cmd/spc_build.c) $(CLI) $(META) $(B)/libspb.a $(B)/libspc.a
+$(B)/spc-build: $(call obj,cmd/spc_build.c cmd/usage.c) $(CLI) $(META) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build) $(LIBS_cmd)
 $(B)/spc-info: $(call obj,cmd/spc_info.c $(wildcard cmd/info_*.c)) $(CLI) $(META) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build) $(LIBS_cmd)

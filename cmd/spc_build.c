@@ -2,14 +2,13 @@
 #include "build.h"
 #include "cli.h"
 #include "meta.h"
-#include "pool.h"
+#include "usage.h"
 
 #include <errno.h>
 #include <getopt.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
 
 static const char HELP[] =
     "usage: spc-build [options] SCAN -o OUT.spc\n"
@@ -161,23 +160,6 @@ static char *make_meta(void *ctx, const struct spc_header *header, const char *f
     return meta_text(meta_new("spc-build", b, header, sources));
 }
 
-struct cost {
-    double wall, cpu;
-    uint64_t peak_bytes;
-};
-
-static struct cost cost_since(double began)
-{
-    struct rusage use;
-    getrusage(RUSAGE_SELF, &use);
-    return (struct cost){
-        cli_seconds() - began,
-        (double)(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +
-            (double)(use.ru_utime.tv_usec + use.ru_stime.tv_usec) * 1e-6,
-        (uint64_t)use.ru_maxrss * 1024,
-    };
-}
-
 static void warn_dropped(const struct spb_build_options *b, const struct spb_build_report *r)
 {
     const struct spc_header *h = &r->header;
@@ -194,8 +176,21 @@ static void warn_dropped(const struct spb_build_options *b, const struct spb_bui
         cli_warn(b->scan, "%s", r->remark);
 }
 
+enum { PHASES_AFTER_S = 5 };        /* of short runs nobody asks where the time went */
+
+static void print_phases(const struct spb_build_report *r)
+{
+    const double faces = (double)r->header.leaf_count * 1e-9;
+    for (int p = 0; p < SPB_PHASE_COUNT; p++) {
+        const struct spb_phase_cost *c = &r->phases[p];
+        if (c->wall_s >= 0.01)
+            fprintf(stderr, "    %-16s %8.2f s %8.2f s CPU %7.0f ns CPU a triangle\n",
+                    spb_phase_name[p], c->wall_s, c->cpu_s, c->cpu_s / faces);
+    }
+}
+
 static void print_summary(const struct spb_build_options *b, const struct spb_build_report *r,
-                          const struct cost *c)
+                          const struct usage *u)
 {
     char a[CLI_TEXT], d[CLI_TEXT], e[CLI_TEXT], f[CLI_TEXT];
     const struct spc_header *h = &r->header;
@@ -203,13 +198,29 @@ static void print_summary(const struct spb_build_options *b, const struct spb_bu
             b->out, cli_count_text(h->leaf_count, a), cli_count_text(h->node_count, d),
             h->cluster_count, cli_bytes_text(h->file_bytes, e),
             (double)h->file_bytes / (double)h->leaf_count);
-    fprintf(stderr, "  %.2f s, %.2f s CPU, peak memory %s, temporary files %s written, %u part%s\n",
-            c->wall, c->cpu, cli_bytes_text(c->peak_bytes, e), cli_bytes_text(r->temp_written, f),
-            r->parts, r->parts == 1 ? "" : "s");
+    fprintf(stderr, "  %.2f s, %.2f s CPU, peak memory %s of %s, temporary files %s written, "
+            "%s read, %u part%s\n", u->wall_s, u->cpu_s, cli_bytes_text(u->peak_bytes, a),
+            cli_bytes_text(b->memory, d), cli_bytes_text(r->temp_written, e),
+            cli_bytes_text(r->temp_read, f), r->parts, r->parts == 1 ? "" : "s");
+    if (u->wall_s >= PHASES_AFTER_S)
+        print_phases(r);
+}
+
+static json_t *phases_json(const struct spb_build_report *r)
+{
+    json_t *out = json_array();
+    for (int p = 0; p < SPB_PHASE_COUNT; p++) {
+        const struct spb_phase_cost *c = &r->phases[p];
+        json_array_append_new(out, json_pack("{s:s, s:f, s:f, s:I, s:I}", "name", spb_phase_name[p],
+                                             "wall_s", c->wall_s, "cpu_s", c->cpu_s,
+                                             "temp_written_bytes", (json_int_t)c->temp_written,
+                                             "temp_read_bytes", (json_int_t)c->temp_read));
+    }
+    return out;
 }
 
 static void print_json(const struct spb_build_options *b, const struct spb_build_report *r,
-                       const struct cost *c)
+                       const struct usage *u)
 {
     const struct spc_header *h = &r->header;
     json_t *out = json_pack(
@@ -221,10 +232,12 @@ static void print_json(const struct spb_build_options *b, const struct spb_build
         (json_int_t)h->file_bytes, "closed", (int)r->closed, "dropped", "bad_index",
         (json_int_t)h->dropped_bad_index, "non_finite", (json_int_t)h->dropped_non_finite,
         "degenerate", (json_int_t)h->dropped_degenerate);
-    json_t *spent = json_pack("{s:f, s:f, s:I, s:I, s:I, s:i}", "wall_s", c->wall, "cpu_s", c->cpu,
-                              "peak_bytes", (json_int_t)c->peak_bytes, "temp_written_bytes",
-                              (json_int_t)r->temp_written, "temp_read_bytes",
-                              (json_int_t)r->temp_read, "parts", (int)r->parts);
+    json_t *spent = json_pack(
+        "{s:f, s:f, s:I, s:I, s:I, s:I, s:I, s:i, s:o}", "wall_s", u->wall_s, "cpu_s", u->cpu_s,
+        "memory_bytes", (json_int_t)b->memory, "peak_bytes", (json_int_t)u->peak_bytes,
+        "group_peak_bytes", (json_int_t)u->group_bytes, "temp_written_bytes",
+        (json_int_t)r->temp_written, "temp_read_bytes", (json_int_t)r->temp_read, "parts",
+        (int)r->parts, "phases", phases_json(r));
     json_object_update_new(out, spent);
     json_dumpf(out, stdout, JSON_INDENT(2));
     putchar('\n');
@@ -265,12 +278,12 @@ static int build_one(struct arguments *a)
         cli_error(in_scan ? a->build.scan : a->build.out, &err, remedy_for(&err, in_scan, a->build.strict));
         return EXIT_FAILED;
     }
-    const struct cost cost = cost_since(began);
+    const struct usage usage = usage_since(began);
     warn_dropped(&a->build, &report);
     if (a->json)
-        print_json(&a->build, &report, &cost);
+        print_json(&a->build, &report, &usage);
     if (!a->quiet)
-        print_summary(&a->build, &report, &cost);
+        print_summary(&a->build, &report, &usage);
     return cli_finish(EXIT_DONE);
 }
 
