@@ -38,7 +38,8 @@ static const char HELP[] =
 
 enum { OPT_MEMORY = 256, OPT_THREADS, OPT_TEMP, OPT_FORCE, OPT_STRICT, OPT_NO_TRIANGLES, OPT_CULL,
        OPT_ERROR, OPT_CODEC, OPT_CLUSTER_NODES, OPT_BLOCK_NODES, OPT_NORMAL_CLUSTERS, OPT_PROGRESS,
-       OPT_JSON, OPT_PART_FACES, OPT_SLICE_LOG2 };
+       OPT_JSON, OPT_PART_FACES, OPT_SLICE_LOG2,
+       OPT_VERTICES_ON_DISK };
 
 static const struct option LONG[] = {
     {"output", 1, NULL, 'o'}, {"memory", 1, NULL, OPT_MEMORY},
@@ -50,7 +51,8 @@ static const struct option LONG[] = {
     {"normal-clusters", 1, NULL, OPT_NORMAL_CLUSTERS}, {"progress", 1, NULL, OPT_PROGRESS},
     {"json", 0, NULL, OPT_JSON}, {"quiet", 0, NULL, 'q'},
     {"part-faces", 1, NULL, OPT_PART_FACES},        /* for tests: many small parts, */
-    {"slice-log2", 1, NULL, OPT_SLICE_LOG2},        /* and vertices on disk */
+    {"vertices-on-disk", 0, NULL, OPT_VERTICES_ON_DISK},        /* little memory, */
+    {"slice-log2", 1, NULL, OPT_SLICE_LOG2},        /* and faces in no order */
     {"help", 0, NULL, 'h'}, {"version", 0, NULL, 'V'}, {0},
 };
 
@@ -100,6 +102,7 @@ static int parse_option(int c, const char *value, struct arguments *a)
     case OPT_FORCE: b->force = true; return EXIT_DONE;
     case OPT_STRICT: b->strict = true; return EXIT_DONE;
     case OPT_NO_TRIANGLES: b->triangles = false; return EXIT_DONE;
+    case OPT_VERTICES_ON_DISK: b->vertices_on_disk = true; return EXIT_DONE;
     case OPT_JSON: a->json = true; return EXIT_DONE;
     case OPT_CODEC: return parse_codec(value, b);
     case OPT_MEMORY:

@@ -16,7 +16,7 @@
 #include <time.h>
 
 const char *const spb_phase_name[SPB_PHASE_COUNT] = {
-    "read vertices", "gather corners", "read faces", "plan parts", "build parts", "write archive",
+    "read vertices", "sort corners", "read faces", "plan parts", "build parts", "write archive",
 };
 
 void spb_build_defaults(struct spb_build_options *options)
@@ -38,8 +38,9 @@ struct build {
     struct spb_source *source;
     struct spb_budget budget;
     struct spb_temp temp;
+    struct spb_phase_cost charged;  /* sums when a phase was charged last */
     struct spb_vertices vertices;
-    struct spb_gather *gather;      /* where vertices are on disk, else NULL */
+    struct spb_corner_sort *corners;            /* where vertices are on disk and faces jump */
     struct spb_space space;
     struct spb_face_stats stats;
     struct spb_tmpfile *faces_file, *spool_file;
@@ -68,9 +69,10 @@ static struct spb_phase_cost cost_now(const struct build *b)
                                    atomic_load(&b->temp.written), atomic_load(&b->temp.read)};
 }
 
-/* Adds to the phase what was spent since *since, and sets that to now. */
-static void charge(struct build *b, enum spb_phase phase, struct spb_phase_cost *since)
+/* Adds to the phase what was spent since the last charge. */
+static void charge(struct build *b, enum spb_phase phase)
 {
+    struct spb_phase_cost *since = &b->charged;
     const struct spb_phase_cost now = cost_now(b);
     struct spb_phase_cost *out = &b->report->phases[phase];
     out->wall_s += now.wall_s - since->wall_s;
@@ -117,7 +119,7 @@ static void make_budget(struct build *b)
     spb_budget_make(&in, &b->budget);
     if (b->options->part_faces > 0)
         b->budget.part_faces = b->options->part_faces;
-    if (b->options->slice_log2 > 0)
+    if (b->options->slice_log2 > 0 || b->options->vertices_on_disk)
         b->budget.table = 0;
 }
 
@@ -158,13 +160,21 @@ static unsigned reading_threads(const struct build *b)
     return b->budget.threads < 4 ? b->budget.threads : 4;
 }
 
-static enum spc_status gather_corners(struct build *b, struct spc_error *err)
+/* A cache takes a part of the buffers while faces are distributed. */
+static uint64_t cache_memory(const struct build *b)
 {
-    if (b->vertices.table != NULL)
-        return SPC_OK;
-    return spb_gather_create(b->source, &b->vertices, &b->temp, b->budget.buffers,
-                             b->options->slice_log2, reading_threads(b), &b->progress, &b->gather,
-                             err);
+    return b->vertices.table == NULL ? b->budget.buffers / 4 : 0;
+}
+
+static enum spc_status sort_corners(struct build *b, struct spc_error *err)
+{
+    charge(b, SPB_READ_FACES);      /* what the cache has cost in vain */
+    const enum spc_status status =
+        spb_corner_sort_create(b->source, &b->vertices, &b->temp, b->budget.buffers,
+                               b->options->slice_log2, reading_threads(b), &b->progress,
+                               &b->corners, err);
+    charge(b, SPB_SORT_CORNERS);
+    return status;
 }
 
 /* A part should be some four cells wide; a surface of n parts is about sqrt(n) parts wide. */
@@ -190,10 +200,13 @@ static void release_buckets(struct build *b)
     b->faces_file = NULL;
 }
 
-static enum spc_status distribute_faces(struct build *b, struct spc_error *err)
+static enum spc_status distribute(struct build *b, struct spb_vertex_cache *cache,
+                                  struct spc_error *err)
 {
     const struct spb_record_format format =
         spb_record_format(b->vertices.wide, b->vertices.colors);
+    const struct spb_faces_input in = {b->source, &b->vertices, cache, b->corners, &b->space,
+                                       reading_threads(b), &b->progress};
     double min[3], max[3];
     for (int a = 0; a < 3; a++) {
         min[a] = spb_space_from_file(&b->space, a, b->vertices.min[a]);
@@ -203,13 +216,32 @@ static enum spc_status distribute_faces(struct build *b, struct spc_error *err)
     enum spc_status status = spb_tmpfile_create(&b->temp, &b->faces_file, err);
     if (status == SPC_OK)
         status = spb_distributor_init(&b->distributor, b->faces_file, &format, min, max,
-                                      cells_log2(b), b->budget.buffers, err);
+                                      cells_log2(b), b->budget.buffers - cache_memory(b), err);
     b->in_scan = status == SPC_OK;
-    const struct spb_faces_input in = {b->source, &b->vertices, b->gather, &b->space,
-                                       reading_threads(b), &b->progress};
     if (status == SPC_OK)
         status = spb_faces_read(&in, &b->distributor, &b->stats, err);
     return status;
+}
+
+/* With a cache at first; when that does not serve the corners are sorted, and it begins anew. */
+static enum spc_status distribute_faces(struct build *b, struct spc_error *err)
+{
+    struct spb_vertex_cache *cache = NULL;
+    enum spc_status status = SPC_OK;
+    if (b->vertices.table != NULL || b->corners != NULL)
+        return distribute(b, NULL, err);
+    if (b->options->slice_log2 == 0) {
+        status = spb_vertex_cache_create(&b->vertices, cache_memory(b), &cache, err);
+        if (status == SPC_OK)
+            status = distribute(b, cache, err);
+        const bool failed = cache != NULL && spb_vertex_cache_failed(cache);
+        spb_vertex_cache_free(cache);
+        if (!failed)
+            return status;
+        release_buckets(b);
+    }
+    status = sort_corners(b, err);
+    return status == SPC_OK ? distribute(b, NULL, err) : status;
 }
 
 /* The space of the vertices that faces use; true when it is another one than that of all. */
@@ -255,8 +287,8 @@ static enum spc_status read_faces(struct build *b, struct spc_error *err)
     else
         spb_space_set_vertices(&b->space, spb_face_short_edge(&b->stats));
     spb_vertices_release(&b->vertices);
-    spb_gather_free(b->gather);
-    b->gather = NULL;
+    spb_corner_sort_free(b->corners);
+    b->corners = NULL;
     return SPC_OK;
 }
 
@@ -418,7 +450,7 @@ static void release(struct build *b)
     spb_spool_free(b->spool);
     spb_tmpfile_free(b->spool_file);
     spb_vertices_release(&b->vertices);
-    spb_gather_free(b->gather);
+    spb_corner_sort_free(b->corners);
     spb_source_close(b->source);
     spc_writer_close(b->writer);
 }
@@ -446,14 +478,16 @@ static enum spc_status prepare(struct build *b, struct spc_error *err)
 static enum spc_status run_phases(struct build *b, struct spc_error *err)
 {
     static enum spc_status (*const phase[SPB_PHASE_COUNT])(struct build *, struct spc_error *) = {
-        read_vertices, gather_corners, read_faces, plan_parts, build_tree, write_archive,
+        read_vertices, NULL, read_faces, plan_parts, build_tree, write_archive,
     };
-    struct spb_phase_cost since = cost_now(b);
     enum spc_status status = SPC_OK;
+    b->charged = cost_now(b);
     for (int p = 0; p < SPB_PHASE_COUNT && status == SPC_OK; p++) {
+        if (phase[p] == NULL)       /* part of reading faces, where it is needed */
+            continue;
         b->in_scan = p <= SPB_READ_FACES;
         status = phase[p](b, err);
-        charge(b, (enum spb_phase)p, &since);
+        charge(b, (enum spb_phase)p);
     }
     b->report->temp_written = atomic_load(&b->temp.written);
     b->report->temp_read = atomic_load(&b->temp.read);

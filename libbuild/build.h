@@ -2,9 +2,10 @@
  * build.h - a scan becomes an archive.
  *
  * Stages, a file each, in the order the data flows: source.h (ply.h) reads, vertices.h and faces.h
- * meet (gather.h where the vertices are on disk), distribute.h puts faces on disk by place, plan.h
- * finds the parts, top.h builds them and what is above (split.h, tree.h), pack.h makes clusters,
- * spool.h keeps them until the archive is written. budget.h says how much memory each may take.
+ * meet (through vertex_cache.h or corner_sort.h where the vertices are on disk), distribute.h puts
+ * faces on disk by place, plan.h finds the parts, top.h builds them and what is above (split.h,
+ * tree.h), pack.h makes clusters, spool.h keeps them until the archive is written. budget.h says
+ * how much memory each may take.
  */
 #ifndef SPB_BUILD_H
 #define SPB_BUILD_H
@@ -30,7 +31,8 @@ struct spb_build_options {          /* spb_build_defaults, then change */
     uint32_t normal_clusters;       /* 0: 128 where back faces are culled, else 1 */
     uint64_t memory;                /* bytes that the process may take, at least 64 MiB */
     uint64_t part_faces;            /* 0: from memory; tests force many small parts */
-    int slice_log2;                 /* 0: from memory; tests force vertices to disk, 2^n a slice */
+    bool vertices_on_disk;          /* for tests, whatever the memory, */
+    int slice_log2;                 /* and their corners sorted by slices of 2^n vertices; 0: if need be */
     unsigned threads;               /* 0: all cores */
     struct spb_progress progress;
     /*
@@ -42,7 +44,7 @@ struct spb_build_options {          /* spb_build_defaults, then change */
     void *meta_ctx;
 };
 
-enum spb_phase { SPB_READ_VERTICES, SPB_GATHER_CORNERS, SPB_READ_FACES, SPB_PLAN, SPB_BUILD_PARTS,
+enum spb_phase { SPB_READ_VERTICES, SPB_SORT_CORNERS, SPB_READ_FACES, SPB_PLAN, SPB_BUILD_PARTS,
                  SPB_WRITE_ARCHIVE, SPB_PHASE_COUNT };
 extern const char *const spb_phase_name[SPB_PHASE_COUNT];
 

@@ -149,6 +149,13 @@ struct reading {
     struct job *jobs;
 };
 
+static enum spc_status fetch_corner(const struct spb_faces_input *in, uint64_t corner,
+                                    uint8_t *vertex, struct spc_error *err)
+{
+    return in->corners ? spb_corner_sort_next(in->corners, corner, vertex, err)
+                       : spb_vertex_cache_get(in->cache, corner, vertex, err);
+}
+
 static enum spc_status read_batch(void *ctx, size_t slot, bool *end, struct spc_error *err)
 {
     struct reading *r = ctx;
@@ -161,9 +168,9 @@ static enum spc_status read_batch(void *ctx, size_t slot, bool *end, struct spc_
     r->stats->split_extra += job->batch.split_extra;
     r->stats->degenerate += job->batch.faces_short;
     *end = job->batch.count == 0;
-    for (size_t i = 0; i < job->batch.count && in->gather != NULL; i++)
+    for (size_t i = 0; i < job->batch.count && in->vertices->table == NULL; i++)
         for (int k = 0; k < 3 && spb_face_wanted(in->vertices, job->batch.corner[i]); k++) {
-            status = spb_gather_next(in->gather, job->batch.corner[i][k], job->vertices[i][k], err);
+            status = fetch_corner(in, job->batch.corner[i][k], job->vertices[i][k], err);
             if (status != SPC_OK)
                 return status;
         }
@@ -243,8 +250,8 @@ enum spc_status spb_faces_read(const struct spb_faces_input *in, struct spb_dist
     }
     if (r.jobs == NULL)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to read faces");
-    if (in->gather != NULL)
-        spb_gather_begin(in->gather);
+    if (in->corners != NULL)
+        spb_corner_sort_begin(in->corners);
     enum spc_status status = spb_source_begin_faces(in->source, err);
     if (status == SPC_OK)
         status = spb_pool_pipe(&pipe, slots, in->threads, err);

@@ -5,7 +5,8 @@
 #define SPB_FACES_H
 
 #include "distribute.h"
-#include "gather.h"
+#include "corner_sort.h"
+#include "vertex_cache.h"
 
 enum { SPB_EDGE_BINS = 2304 };
 
@@ -22,14 +23,15 @@ struct spb_face_stats {
 
 /*
  * Reads all faces of source, drops the unusable with their reason, and hands the rest to the
- * distributor as records of its format. Flushes the distributor. gather: where the vertices are,
- * or NULL when they are in memory.
- * fails  what the source, the gatherer and the distributor fail with; SPC_CANCELLED
+ * distributor as records of its format. Flushes the distributor. Vertices that are on disk come out
+ * of the cache, or out of sorted corners.
+ * fails  what source, cache or corners, and distributor fail with; SPC_CANCELLED
  */
 struct spb_faces_input {
     struct spb_source *source;
     const struct spb_vertices *vertices;
-    struct spb_gather *gather;
+    struct spb_vertex_cache *cache;             /* NULL: see corners */
+    struct spb_corner_sort *corners;            /* NULL: vertices are in memory, or in the cache */
     const struct spb_space *space;
     unsigned threads;
     struct spb_progress *progress;

@@ -34,6 +34,14 @@ static inline uint32_t spb_vertex_bytes(const struct spb_source_info *info)
     return (info->wide ? 24u : 12u) + (info->colors ? 4u : 0u);
 }
 
+/* Of such faces the corners are looked up; others are dropped by their numbers alone. */
+static inline bool spb_face_wanted(const struct spb_vertices *v, const uint64_t corner[3])
+{
+    return corner[0] < v->count && corner[1] < v->count && corner[2] < v->count &&
+           (v->archive || (corner[0] != corner[1] && corner[1] != corner[2] &&
+                           corner[2] != corner[0]));
+}
+
 /* The coordinates of one, from its bytes. */
 void spb_vertex_load(const struct spb_vertices *vertices, const uint8_t *bytes, double xyz[3]);
 

@@ -24,6 +24,7 @@ same() {
 --temp $folder/elsewhere
 --part-faces 700 --threads 3
 --part-faces 40 --threads 2
+--vertices-on-disk --threads 2
 --slice-log2 9 --threads 2
 --slice-log2 12 --threads 1 --part-faces 2000
 END

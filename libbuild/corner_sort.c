@@ -1,4 +1,4 @@
-#include "gather.h"
+#include "corner_sort.h"
 
 #include "pool.h"
 
@@ -12,7 +12,7 @@ struct window {                     /* of the values of one slice */
     uint32_t at, end;               /* of the buffer */
 };
 
-struct spb_gather {
+struct spb_corner_sort {
     int slice_log2;
     uint32_t slice_count;
     uint32_t bytes;                 /* of a vertex */
@@ -25,7 +25,7 @@ struct spb_gather {
 
 static enum spc_status no_memory(struct spc_error *err)
 {
-    return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to gather the corners of faces");
+    return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to sort the corners of faces");
 }
 
 /* ---- which vertices are asked for -------------------------------------------------------------- */
@@ -36,7 +36,7 @@ struct asking {
     struct spb_face_batch batch;
 };
 
-static enum spc_status ask_batch(struct asking *a, const struct spb_gather *g,
+static enum spc_status ask_batch(struct asking *a, const struct spb_corner_sort *g,
                                  const struct spb_vertices *v, struct spc_error *err)
 {
     for (size_t i = 0; i < a->batch.count; i++) {
@@ -54,7 +54,7 @@ static enum spc_status ask_batch(struct asking *a, const struct spb_gather *g,
     return SPC_OK;
 }
 
-static enum spc_status ask_all(struct asking *a, const struct spb_gather *g,
+static enum spc_status ask_all(struct asking *a, const struct spb_corner_sort *g,
                                struct spb_source *source, const struct spb_vertices *v,
                                struct spb_progress *progress, struct spc_error *err)
 {
@@ -85,7 +85,7 @@ struct chunk {
 };
 
 struct answering {                  /* of one slice */
-    struct spb_gather *g;
+    struct spb_corner_sort *g;
     struct spb_pile_reader asked;
     uint64_t left;                  /* records of it */
     const uint8_t *slice;
@@ -101,7 +101,7 @@ static enum spc_status read_asked(void *ctx, size_t slot, bool *end, struct spc_
     c->count = (uint32_t)(a->left < CHUNK ? a->left : CHUNK);
     a->left -= c->count;
     *end = c->count == 0;
-    if (spb_progress_tell(a->progress, "gather corners", a->number, a->g->slice_count))
+    if (spb_progress_tell(a->progress, "answer corners", a->number, a->g->slice_count))
         return spc_fail(err, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
     return spb_pile_read(&a->asked, c->asked, (uint64_t)c->count * sizeof *c->asked, err);
 }
@@ -125,7 +125,7 @@ static enum spc_status write_values(void *ctx, size_t slot, struct spc_error *er
     return spb_tmpfile_append(a->g->values, c->values, (size_t)c->count * a->g->bytes, &off, err);
 }
 
-static enum spc_status answer_all(struct spb_gather *g, const struct spb_vertices *v,
+static enum spc_status answer_all(struct spb_corner_sort *g, const struct spb_vertices *v,
                                   struct spb_tmpfile *asked_file, const struct spb_pile *piles,
                                   unsigned threads, struct spb_progress *progress,
                                   struct spc_error *err)
@@ -157,14 +157,14 @@ static enum spc_status answer_all(struct spb_gather *g, const struct spb_vertice
 
 /* ---- the second pass ---------------------------------------------------------------------------- */
 
-void spb_gather_begin(struct spb_gather *g)
+void spb_corner_sort_begin(struct spb_corner_sort *g)
 {
     for (uint32_t s = 0; s < g->slice_count; s++)
         g->windows[s] = (struct window){.off = g->value_off[s],
                                         .left = g->value_off[s + 1] - g->value_off[s]};
 }
 
-static enum spc_status refill(struct spb_gather *g, uint32_t s, struct spc_error *err)
+static enum spc_status refill(struct spb_corner_sort *g, uint32_t s, struct spc_error *err)
 {
     struct window *w = &g->windows[s];
     const uint32_t n = w->left < g->window_bytes ? (uint32_t)w->left : g->window_bytes;
@@ -179,7 +179,7 @@ static enum spc_status refill(struct spb_gather *g, uint32_t s, struct spc_error
     return status;
 }
 
-enum spc_status spb_gather_next(struct spb_gather *g, uint64_t corner, uint8_t *vertex,
+enum spc_status spb_corner_sort_next(struct spb_corner_sort *g, uint64_t corner, uint8_t *vertex,
                                 struct spc_error *err)
 {
     const uint32_t s = (uint32_t)(corner >> g->slice_log2);
@@ -196,7 +196,7 @@ enum spc_status spb_gather_next(struct spb_gather *g, uint64_t corner, uint8_t *
 
 /* ---- all of it ---------------------------------------------------------------------------------- */
 
-static void choose_slices(struct spb_gather *g, uint64_t count, uint64_t memory, int slice_log2)
+static void choose_slices(struct spb_corner_sort *g, uint64_t count, uint64_t memory, int slice_log2)
 {
     g->slice_log2 = slice_log2;
     if (slice_log2 <= 0)
@@ -204,13 +204,13 @@ static void choose_slices(struct spb_gather *g, uint64_t count, uint64_t memory,
             if (((uint64_t)2 << g->slice_log2) * g->bytes > memory / 4 * 3)
                 break;
     g->slice_count = (uint32_t)(((count - 1) >> g->slice_log2) + 1);
-    uint64_t window = memory / 2 / g->slice_count;
+    uint64_t window = memory / 8 / g->slice_count;
     window = window < WINDOW_MIN ? WINDOW_MIN : window > WINDOW_MAX ? WINDOW_MAX : window;
     g->window_bytes = (uint32_t)(window / g->bytes * g->bytes);
 }
 
-static enum spc_status fill(struct spb_gather *g, struct spb_source *source,
-                            struct spb_vertices *v, struct spb_temp *temp, uint64_t memory,
+static enum spc_status fill(struct spb_corner_sort *g, struct spb_source *source,
+                            const struct spb_vertices *v, struct spb_temp *temp, uint64_t memory,
                             unsigned threads, struct spb_progress *progress, struct spc_error *err)
 {
     struct spb_tmpfile *file = NULL;
@@ -242,12 +242,13 @@ static enum spc_status fill(struct spb_gather *g, struct spb_source *source,
     return status;
 }
 
-enum spc_status spb_gather_create(struct spb_source *source, struct spb_vertices *vertices,
-                                  struct spb_temp *temp, uint64_t memory, int slice_log2,
-                                  unsigned threads, struct spb_progress *progress,
-                                  struct spb_gather **out, struct spc_error *err)
+enum spc_status spb_corner_sort_create(struct spb_source *source,
+                                       const struct spb_vertices *vertices, struct spb_temp *temp,
+                                       uint64_t memory, int slice_log2, unsigned threads,
+                                       struct spb_progress *progress,
+                                       struct spb_corner_sort **out, struct spc_error *err)
 {
-    struct spb_gather *g = calloc(1, sizeof *g);
+    struct spb_corner_sort *g = calloc(1, sizeof *g);
     *out = NULL;
     if (g == NULL)
         return no_memory(err);
@@ -260,20 +261,20 @@ enum spc_status spb_gather_create(struct spb_source *source, struct spb_vertices
         status = g->buffers ? SPC_OK : no_memory(err);
     }
     if (status != SPC_OK) {
-        spb_gather_free(g);
+        spb_corner_sort_free(g);
         return status;
     }
     *out = g;
     return SPC_OK;
 }
 
-void spb_gather_free(struct spb_gather *gather)
+void spb_corner_sort_free(struct spb_corner_sort *sort)
 {
-    if (gather == NULL)
+    if (sort == NULL)
         return;
-    spb_tmpfile_free(gather->values);
-    free(gather->value_off);
-    free(gather->windows);
-    free(gather->buffers);
-    free(gather);
+    spb_tmpfile_free(sort->values);
+    free(sort->value_off);
+    free(sort->windows);
+    free(sort->buffers);
+    free(sort);
 }
