@@ -14,9 +14,8 @@ struct spb_vertex_cache {
     const struct spb_vertices *v;
     uint32_t *place_of;             /* [pieces of the table] or SPC_NONE */
     uint32_t *piece_at;             /* [place_count] or SPC_NONE */
-    uint8_t *recent;                /* [place_count] asked for since the hand passed */
     uint8_t *bytes;                 /* [place_count][1 << PIECE_LOG2][v->bytes] */
-    uint32_t place_count, hand;
+    uint32_t place_count, oldest;
     uint64_t bytes_read, corners;
     bool failed;
 };
@@ -35,10 +34,9 @@ enum spc_status spb_vertex_cache_create(const struct spb_vertices *v, uint64_t m
         c->place_count = (uint32_t)places;
         c->place_of = malloc((size_t)pieces * sizeof *c->place_of);
         c->piece_at = malloc((size_t)places * sizeof *c->piece_at);
-        c->recent = calloc((size_t)places, 1);
         c->bytes = malloc((size_t)(places * piece_bytes));
     }
-    if (c == NULL || !c->place_of || !c->piece_at || !c->recent || !c->bytes) {
+    if (c == NULL || !c->place_of || !c->piece_at || !c->bytes) {
         spb_vertex_cache_free(c);
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for vertices");
     }
@@ -54,7 +52,6 @@ void spb_vertex_cache_free(struct spb_vertex_cache *c)
         return;
     free(c->place_of);
     free(c->piece_at);
-    free(c->recent);
     free(c->bytes);
     free(c);
 }
@@ -64,21 +61,12 @@ bool spb_vertex_cache_failed(const struct spb_vertex_cache *c)
     return c->failed;
 }
 
-/* The first place, from the hand on, that was not asked for since the hand passed it last. */
-static uint32_t free_place(struct spb_vertex_cache *c)
-{
-    for (; c->recent[c->hand]; c->hand = (c->hand + 1) % c->place_count)
-        c->recent[c->hand] = 0;
-    const uint32_t place = c->hand;
-    c->hand = (c->hand + 1) % c->place_count;
-    return place;
-}
-
 static enum spc_status load(struct spb_vertex_cache *c, uint64_t piece, struct spc_error *err)
 {
     const uint64_t first = piece << PIECE_LOG2, rest = c->v->count - first;
     const uint64_t n = rest < (uint64_t)1 << PIECE_LOG2 ? rest : (uint64_t)1 << PIECE_LOG2;
-    const uint32_t place = free_place(c);
+    const uint32_t place = c->oldest;
+    c->oldest = (c->oldest + 1) % c->place_count;
     c->bytes_read += n * c->v->bytes;
     if (c->bytes_read > ALLOWED_BYTES + c->corners * ALLOWED_A_CORNER) {
         c->failed = true;
@@ -108,7 +96,6 @@ enum spc_status spb_vertex_cache_get(struct spb_vertex_cache *c, uint64_t corner
             return status;
     }
     const uint32_t place = c->place_of[piece];
-    c->recent[place] = 1;
     memcpy(vertex, c->bytes + (((size_t)place << PIECE_LOG2) + inside) * c->v->bytes, c->v->bytes);
     return SPC_OK;
 }
