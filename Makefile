@@ -44,7 +44,7 @@ say := @echo "  "
 all: $(BINARIES)                ## the tools, into build/release/
 
 # loops that are written to become vectors
-$(if $(filter release,$(CONFIG)),$(FORMAT)): ALL_CFLAGS += -O3
+$(if $(filter release,$(CONFIG)),$(FORMAT) $(BUILD)): ALL_CFLAGS += -O3
 
 $(B)/obj/%.o: %.c Makefile
 	@mkdir -p $(@D)

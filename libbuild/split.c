@@ -1,31 +1,43 @@
 /*
  * split.c - keys into a tree, top down, in memory.
+ *
+ * Most of the time goes into small sets: no branch depends on where a key lies, only on counts.
  */
 #include "split.h"
 
 #include "tree.h"
+#include "vectors.h"
 
 #include <stdlib.h>
+#include <string.h>
 
-struct job {                        /* keys [begin, end) become the node */
+struct job {                        /* keys [begin, end), more than one, become the node */
     uint32_t node, begin, end, level;
 };
 
-static void tight_box(const struct spb_key *keys, uint32_t n, double min[3], double max[3])
+/* A key as one vector. The number takes part in everything; nobody asks for its bounds. */
+typedef double key_vector __attribute__((vector_size(sizeof(struct spb_key))));
+typedef int64_t key_mask __attribute__((vector_size(sizeof(struct spb_key))));
+
+SPB_INLINE void tight_box(const struct spb_key *keys, uint32_t n, double min[4], double max[4])
 {
-    for (int a = 0; a < 3; a++)
-        min[a] = max[a] = keys[0].v[a];
-    for (uint32_t i = 1; i < n; i++)
-        for (int a = 0; a < 3; a++) {
-            min[a] = keys[i].v[a] < min[a] ? keys[i].v[a] : min[a];
-            max[a] = keys[i].v[a] > max[a] ? keys[i].v[a] : max[a];
-        }
+    key_vector key, lo, hi;
+    memcpy(&lo, &keys[0], sizeof lo);
+    hi = lo;
+    for (uint32_t i = 1; i < n; i++) {
+        memcpy(&key, &keys[i], sizeof key);
+        const key_mask below = key < lo, above = key > hi;
+        lo = (key_vector)(((key_mask)key & below) | ((key_mask)lo & ~below));
+        hi = (key_vector)(((key_mask)key & above) | ((key_mask)hi & ~above));
+    }
+    memcpy(min, &lo, sizeof lo);
+    memcpy(max, &hi, sizeof hi);
 }
 
 static int by_face(const void *a, const void *b)
 {
-    const uint64_t x = ((const struct spb_key *)a)->face;
-    const uint64_t y = ((const struct spb_key *)b)->face;
+    const double x = ((const struct spb_key *)a)->v[SPB_KEY_FACE];
+    const double y = ((const struct spb_key *)b)->v[SPB_KEY_FACE];
     return (x > y) - (x < y);
 }
 
@@ -33,127 +45,177 @@ static int by_face(const void *a, const void *b)
  * Number of keys of the left half, which come first. Order inside a half is of no importance,
  * except between equal keys: they are put into input order when they are all that is left.
  */
-static uint32_t halve(struct spb_key *keys, uint32_t n)
+SPB_INLINE uint32_t halve(struct spb_key *keys, uint32_t n)
 {
-    double min[3], max[3];
+    double min[4], max[4];
     struct spb_split split;
     tight_box(keys, n, min, max);
     if (!spb_split_box(min, max, &split)) {
         qsort(keys, n, sizeof *keys, by_face);
         return (uint32_t)spb_split_middle(n);
     }
-    uint32_t i = 0, j = n;
-    for (;;) {
-        while (i < j && keys[i].v[split.axis] < split.plane)
-            i++;
-        while (i < j && keys[j - 1].v[split.axis] >= split.plane)
-            j--;
-        if (i >= j)
-            return i;
-        const struct spb_key swap = keys[i];
-        keys[i] = keys[j - 1];
-        keys[j - 1] = swap;
+    uint32_t left = 0;
+    for (uint32_t i = 0; i < n; i++) {      /* always a swap: of a key with itself, or to its half */
+        const bool below = keys[i].v[split.axis] < split.plane;
+        key_vector key, other;
+        memcpy(&key, &keys[i], sizeof key);
+        memcpy(&other, &keys[left], sizeof other);
+        memcpy(&keys[i], &other, sizeof other);
+        memcpy(&keys[left], &key, sizeof key);
+        left += below;
+    }
+    return left;
+}
+
+SPB_INLINE bool key_below(const struct spb_key *x, const struct spb_key *y)
+{
+    bool below = x->v[SPB_KEY_FACE] < y->v[SPB_KEY_FACE];
+    for (int a = 2; a >= 0; a--)
+        below = (x->v[a] < y->v[a]) | ((x->v[a] == y->v[a]) & below);
+    return below;
+}
+
+/* All of a half as leaves, by place and then by number: nodes [0, n). */
+SPB_INLINE void make_leaves(const struct spb_key *keys, uint32_t n, struct spb_node *nodes)
+{
+    uint32_t rank[SPB_FAMILY_MAX] = {0};
+    for (uint32_t i = 1; i < n; i++)
+        for (uint32_t k = 0; k < i; k++) {
+            const bool below = key_below(&keys[i], &keys[k]);
+            rank[i] += !below;
+            rank[k] += below;
+        }
+    for (uint32_t i = 0; i < n; i++) {
+        nodes[rank[i]].child_count = 0;
+        nodes[rank[i]].link = (uint32_t)keys[i].v[SPB_KEY_FACE];
     }
 }
 
-static int by_place(const void *a, const void *b)
+struct family {                     /* 2..4 children; child k has keys [border[k], border[k + 1]) */
+    uint32_t border[SPB_CHILDREN_MAX + 1];
+    uint32_t count;
+    uint32_t leaf_first, leaf_end;  /* children that were made to leaves together */
+};
+
+SPB_INLINE void add_leaves(struct family *f, uint32_t end)
 {
-    const struct spb_key *x = a, *y = b;
-    for (int k = 0; k < 3; k++)
-        if (x->v[k] != y->v[k])
-            return x->v[k] < y->v[k] ? -1 : 1;
-    return by_face(a, b);
+    f->leaf_first = f->count;
+    while (f->border[f->count] < end) {
+        f->border[f->count + 1] = f->border[f->count] + 1;
+        f->count++;
+    }
+    f->leaf_end = f->count;
 }
 
-/* All of a half as leaves, one border each. */
-static uint32_t split_leaves(struct spb_key *keys, uint32_t begin, uint32_t end, uint32_t *border)
+SPB_INLINE void add_child(struct family *f, uint32_t end)
 {
-    qsort(keys + begin, end - begin, sizeof *keys, by_place);
-    for (uint32_t k = begin; k < end; k++)
-        *border++ = k + 1;
-    return end - begin;
+    f->border[++f->count] = end;
 }
 
-/* Borders of the 2..4 children of [begin, end), by the rule of split.h. Returns how many. */
-static uint32_t split_family(struct spb_key *keys, uint32_t begin, uint32_t end, uint32_t *border)
+/* Children of [begin, end), by the rule of split.h. */
+SPB_INLINE void split_family(struct spb_key *keys, uint32_t begin, uint32_t end, struct family *f)
 {
-    border[0] = begin;
-    if (end - begin <= SPB_FAMILY_MAX)
-        return split_leaves(keys, begin, end, border + 1);
-    const uint32_t middle = begin + halve(keys + begin, end - begin);
-    const uint32_t from[3] = {begin, middle, end};
-    const uint32_t count[2] = {middle - begin, end - middle};
+    *f = (struct family){.border = {begin}};
+    if (end - begin <= SPB_FAMILY_MAX) {
+        add_leaves(f, end);
+        return;
+    }
+    uint32_t from[3] = {begin, 0, end};
+    from[1] = begin + halve(keys + begin, end - begin);
+    const uint32_t count[2] = {from[1] - begin, end - from[1]};
     const int small = count[0] <= count[1] ? 0 : 1;
-    uint32_t n = 0;
     for (int h = 0; h < 2; h++) {
         if (h == small && count[h] < SPB_FAMILY_MAX && count[1 - h] <= SPB_FAMILY_MAX) {
-            n += split_leaves(keys, from[h], from[h + 1], border + n + 1);
+            add_leaves(f, from[h + 1]);
             continue;
         }
         if (count[h] > SPB_FAMILY_MAX)
-            border[++n] = from[h] + halve(keys + from[h], count[h]);
-        border[++n] = from[h + 1];
+            add_child(f, from[h] + halve(keys + from[h], count[h]));
+        add_child(f, from[h + 1]);
     }
-    return n;
 }
 
-static bool reserve(struct spb_tree *tree, uint32_t *max, uint32_t more)
+static bool reserve(struct spb_tree *tree, uint32_t more)
 {
-    if (tree->node_count + more <= *max)
+    if (tree->node_count + more <= tree->node_max)
         return true;
-    const uint32_t grown = *max + *max / 2 + more + 64;
+    const uint32_t grown = tree->node_max + tree->node_max / 2 + more + 64;
     struct spb_node *nodes = realloc(tree->nodes, (size_t)grown * sizeof *nodes);
     if (nodes == NULL)
         return false;
     tree->nodes = nodes;
-    *max = grown;
+    tree->node_max = grown;
     return true;
+}
+
+static enum spc_status no_memory(struct spc_error *err)
+{
+    return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the nodes of a tree");
 }
 
 /* The stack holds at most three waiting siblings a level; every plane takes at least a quarter off a side. */
 enum { STACK_MAX = 4096 };
 
+/* Nodes of the family and jobs for those that are more than a face. Returns how many jobs. */
+SPB_INLINE uint32_t make_family(const struct spb_key *keys, const struct family *f,
+                                const struct job *job, struct spb_tree *tree, struct job *jobs)
+{
+    uint32_t waiting = 0;
+    struct spb_node *nodes = &tree->nodes[tree->node_count];
+    tree->nodes[job->node].child_first = tree->node_count;
+    tree->nodes[job->node].child_count = (uint8_t)f->count;
+    for (uint32_t k = f->count; k-- > 0;) {
+        if (k >= f->leaf_first && k < f->leaf_end)
+            continue;
+        if (f->border[k + 1] - f->border[k] == 1)
+            make_leaves(keys + f->border[k], 1, nodes + k);
+        else
+            jobs[waiting++] = (struct job){tree->node_count + k, f->border[k], f->border[k + 1],
+                                           job->level + 1};
+    }
+    make_leaves(keys + f->border[f->leaf_first], f->leaf_end - f->leaf_first,
+                nodes + f->leaf_first);
+    tree->node_count += f->count;
+    return waiting;
+}
+
+/* The stack holds one job: all keys become node 0. */
+SPB_VECTORS static enum spc_status split_jobs(struct spb_key *keys, struct spb_tree *tree,
+                                              struct job *stack, struct spc_error *err)
+{
+    uint32_t waiting = 1;
+    while (waiting > 0) {
+        const struct job job = stack[--waiting];
+        struct family family;
+        split_family(keys, job.begin, job.end, &family);
+        if (job.level + 1 > tree->height)
+            tree->height = job.level + 1;
+        if (waiting + SPB_CHILDREN_MAX > STACK_MAX)
+            return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "the tree is deeper than it can be");
+        if (!reserve(tree, family.count))
+            return no_memory(err);
+        waiting += make_family(keys, &family, &job, tree, stack + waiting);
+    }
+    return SPC_OK;
+}
+
 enum spc_status spb_tree_split(struct spb_key *keys, uint32_t count, struct spb_tree *tree,
                                struct spc_error *err)
 {
     struct job *stack = malloc(STACK_MAX * sizeof *stack);
-    uint32_t waiting = 0;
-    uint32_t max = count + count / 2 + 64;          /* 1.5 nodes a face on scans; more is rare */
-    *tree = (struct spb_tree){.nodes = malloc((size_t)max * sizeof *tree->nodes)};
-    if (stack == NULL || tree->nodes == NULL)
-        goto no_memory;
-    tree->node_count = 1;
-    stack[waiting++] = (struct job){0, 0, count, 1};
-    while (waiting > 0) {
-        const struct job job = stack[--waiting];
-        if (job.level > tree->height)
-            tree->height = job.level;
-        if (job.end - job.begin == 1) {
-            tree->nodes[job.node] = (struct spb_node){.link = (uint32_t)keys[job.begin].face};
-            continue;
-        }
-        uint32_t border[SPB_CHILDREN_MAX + 1];
-        const uint32_t n = split_family(keys, job.begin, job.end, border);
-        if (!reserve(tree, &max, n))
-            goto no_memory;
-        if (waiting + n > STACK_MAX) {
-            spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "the tree is deeper than it can be");
-            goto fail;
-        }
-        tree->nodes[job.node] =
-            (struct spb_node){.child_first = tree->node_count, .child_count = (uint8_t)n};
-        for (uint32_t k = n; k-- > 0;)
-            stack[waiting++] =
-                (struct job){tree->node_count + k, border[k], border[k + 1], job.level + 1};
-        tree->node_count += n;
+    enum spc_status status = SPC_OK;
+    tree->node_count = 0;
+    tree->height = 1;
+    if (stack == NULL || !reserve(tree, count + count / 2 + 64))    /* mostly enough for all */
+        status = no_memory(err);
+    if (status == SPC_OK) {
+        tree->node_count = 1;
+        stack[0] = (struct job){0, 0, count, 1};
+        if (count == 1)
+            make_leaves(keys, 1, tree->nodes);
+        else
+            status = split_jobs(keys, tree, stack, err);
     }
     free(stack);
-    return SPC_OK;
-no_memory:
-    spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a tree of %u faces", count);
-fail:
-    free(stack);
-    free(tree->nodes);
-    *tree = (struct spb_tree){0};
-    return err ? err->status : SPC_NO_MEMORY;
+    return status;
 }

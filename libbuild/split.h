@@ -18,7 +18,8 @@
 #ifndef SPB_SPLIT_H
 #define SPB_SPLIT_H
 
-#include <math.h>
+#include "vec.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -42,11 +43,9 @@ static inline bool spb_split_box(const double min[3], const double max[3], struc
         }
     if (!(side > 0))
         return false;
-    int e = 0;
-    frexp(side, &e);
-    out->plane_exp = e - 2;
+    out->plane_exp = exponent_above(side) - 2;
     const double middle = (min[out->axis] + max[out->axis]) / 2;
-    out->plane = ldexp(floor(ldexp(middle, -out->plane_exp) + 0.5), out->plane_exp);
+    out->plane = times_exp2(floor(times_exp2(middle, -out->plane_exp) + 0.5), out->plane_exp);
     return true;
 }
 

@@ -59,7 +59,7 @@ static enum spc_status split_part(const struct spb_part *part,
         struct spb_face face;
         spb_record_load(&shared->format, shared->space, records + i * shared->format.bytes, &face);
         spb_face_key(&face, keys[i].v);
-        keys[i].face = i;
+        keys[i].v[SPB_KEY_FACE] = (double)i;
     }
     const enum spc_status status = spb_tree_split(keys, (uint32_t)part->count, tree, err);
     free(keys);

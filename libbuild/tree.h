@@ -84,24 +84,25 @@ double spb_paper_error(const struct spb_node *node, const struct spb_node *child
 
 /* ---- splitting --------------------------------------------------------------------------------- */
 
-struct spb_tree {
+struct spb_tree {                  /* all zero: empty, without memory */
     struct spb_node *nodes;         /* children after their parent; node 0 is the root */
-    uint32_t node_count;
+    uint32_t node_count, node_max;
     uint32_t height;                /* levels */
+};
+
+enum { SPB_KEY_FACE = 3 };
+struct spb_key {                    /* one vector: the place of spb_face_key, then the face's number */
+    double v[4];
 };
 
 /*
  * Splits faces [0, count) by split.h into a tree of nodes whose child_first, child_count and link
- * are set; nothing else is. keys[count][3] is reordered.
+ * are set; nothing else is. keys[count] is reordered. An earlier tree's memory is used again.
  *
  * in   count  at least 1, below 2^31
- * out  tree->nodes  from malloc, the caller's to free
+ * out  tree->nodes  from malloc, the caller's to free, also on failure
  * fails  SPC_NO_MEMORY
  */
-struct spb_key {
-    double v[3];
-    uint64_t face;
-};
 enum spc_status spb_tree_split(struct spb_key *keys, uint32_t count, struct spb_tree *tree,
                                struct spc_error *err);
 

@@ -27,6 +27,15 @@ static inline double times_exp2(double v, int e)    /* v 2^e, rounded once */
     return v * power;
 }
 
+static inline int exponent_above(double v)         /* of the smallest power of two above v > 0 */
+{
+    uint64_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    if (bits >> 52 == 0)            /* below normal numbers */
+        return exponent_above(v * 0x1p64) - 64;
+    return (int)(bits >> 52) - 1022;
+}
+
 static inline void vec_sub(const double a[3], const double b[3], double out[3])
 {
     for (int i = 0; i < 3; i++)
