@@ -1,110 +1,298 @@
 /*
- * leaf.c - triangles as disks.
+ * leaf.c - triangles as disks, some at a time.
  *
  * The archive's geometry is the scan with its vertices on the lattice; leaves are made from
- * those, so pills hold the triangles that a viewer will draw, exactly.
+ * those, so pills hold the triangles that a viewer will draw, exactly. Loops have no branches, so
+ * that they become vectors.
  */
+#include "codes.h"
 #include "tree.h"
 
-#include "vec.h"
-
 #include <string.h>
+
+enum { BATCH = 64 };
 
 /* Outward, far more than the few roundings of the formulas here and in verification. */
 static const double OUTWARD = 1 + 0x1p-44;
 
-void spb_leaf_snap(const struct spb_space *space, const struct spb_face *face,
-                   struct spb_leaf_shape *out)
+struct batch {                      /* triangles, from step to step */
+    uint32_t node[BATCH];
+    double corner[3][3][BATCH];     /* [corner][axis]; build coordinates, exact lattice points */
+    double center[3][BATCH];
+    double radius[BATCH], reach[BATCH], height[BATCH];
+    double area[BATCH], longest[BATCH];
+    double winding[3][BATCH];       /* unit normal; zero area: 0, 0, 1 */
+    double normal[3][BATCH];        /* of the code */
+    double cone[BATCH];
+    float box[6][BATCH];
+    int32_t code[BATCH], e_self[BATCH];
+    uint8_t rgba[BATCH][4];
+};
+
+/* ---- from the records -------------------------------------------------------------------------- */
+
+static void load_record(const struct spb_record_format *format, const uint8_t *record,
+                        struct batch *b, uint32_t i)
 {
-    double ab[3], ac[3], bc[3], n[3];
-    for (int k = 0; k < 3; k++)
-        for (int a = 0; a < 3; a++)
-            out->corner[k][a] =
-                spb_space_from_lattice(space, spb_space_snap(space, face->corner[k][a]));
-    vec_sub(out->corner[1], out->corner[0], ab);
-    vec_sub(out->corner[2], out->corner[0], ac);
-    vec_sub(out->corner[2], out->corner[1], bc);
-    vec_cross(ab, ac, n);
-    const double twice = vec_length(n);
-    out->area = twice / 2;
-    out->normal[0] = out->normal[1] = 0;
-    out->normal[2] = 1;
-    if (twice > 0)
-        vec_scale(n, 1 / twice, out->normal);
-    out->longest = larger_of(vec_length(ab), larger_of(vec_length(bc), vec_length(ac)));
+    double wide[9];
+    float narrow[9];
+    if (format->wide) {
+        memcpy(wide, record, sizeof wide);
+        record += sizeof wide;
+    } else {
+        memcpy(narrow, record, sizeof narrow);
+        record += sizeof narrow;
+        for (int k = 0; k < 9; k++)
+            wide[k] = (double)narrow[k];
+    }
+    for (int k = 0; k < 9; k++)
+        b->corner[k / 3][k % 3][i] = wide[k];
+    memset(b->rgba[i], 255, 4);
+    for (int a = 0; a < 4 && format->colors; a++)
+        b->rgba[i][a] = (uint8_t)((record[a] + record[4 + a] + record[8 + a] + 1) / 3);
 }
 
-/* Disk of the triangle: center, radius, and how far its rim is from the triangle. */
-static void make_disk(const struct spb_leaf_shape *s, double center[3], double *radius,
-                      double *reach)
+/* File coordinates to lattice points, as spb_space_from_file, _snap and _from_lattice. */
+SPB_VECTORS static void snap(const struct spb_space *space, struct batch *b, uint32_t n)
 {
-    double sq[3];                   /* squared edge opposite to corner k */
-    for (int k = 0; k < 3; k++) {
-        double e[3];
-        vec_sub(s->corner[(k + 2) % 3], s->corner[(k + 1) % 3], e);
-        sq[k] = vec_dot(e, e);
+    const double to_units = ldexp(1, -space->unit_exp);     /* never below 2^-1074 nor above 2^1023 */
+    const double to_steps = ldexp(1, space->unit_exp - space->vertex_exp);
+    const double step = ldexp(1, space->vertex_exp - space->unit_exp);
+    for (int k = 0; k < 9; k++) {
+        const double origin = space->origin[k % 3];
+        double *at = b->corner[k / 3][k % 3];
+        for (uint32_t i = 0; i < n; i++)
+            at[i] = floor((at[i] - origin) * to_units * to_steps + 0.5) * step;
     }
-    const int l = sq[0] >= sq[1] && sq[0] >= sq[2] ? 0 : sq[1] >= sq[2] ? 1 : 2;
-    double w[3], sum = 0;           /* barycentric weights of the circumcentre */
-    for (int k = 0; k < 3; k++) {
-        w[k] = sq[k] * (sq[(k + 1) % 3] + sq[(k + 2) % 3] - sq[k]);
-        sum += w[k];
+}
+
+/* ---- the disk ---------------------------------------------------------------------------------- */
+
+SPB_INLINE double square_of(double x, double y, double z)
+{
+    return x * x + y * y + z * z;
+}
+
+SPB_INLINE double largest_of(double a, double b, double c)
+{
+    return larger_of(a, larger_of(b, c));
+}
+
+SPB_VECTORS static void find_windings(struct batch *b, uint32_t n)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        const double ax = b->corner[1][0][i] - b->corner[0][0][i];
+        const double ay = b->corner[1][1][i] - b->corner[0][1][i];
+        const double az = b->corner[1][2][i] - b->corner[0][2][i];
+        const double bx = b->corner[2][0][i] - b->corner[0][0][i];
+        const double by = b->corner[2][1][i] - b->corner[0][1][i];
+        const double bz = b->corner[2][2][i] - b->corner[0][2][i];
+        const double x = ay * bz - az * by, y = az * bx - ax * bz, z = ax * by - ay * bx;
+        const double twice = sqrt(square_of(x, y, z));
+        const bool flat = !(twice > 0);
+        const double per = 1 / (flat ? 1 : twice);
+        b->area[i] = twice / 2;
+        b->winding[0][i] = flat ? 0 : x * per;
+        b->winding[1][i] = flat ? 0 : y * per;
+        b->winding[2][i] = flat ? 1 : z * per;
     }
-    const bool acute = s->area > 0 && sq[l] < sq[(l + 1) % 3] + sq[(l + 2) % 3] && sum > 0;
+}
+
+/*
+ * Circumcircle of an acute triangle, else the circle on the longest edge; and how far its rim is
+ * from the triangle: a right or obtuse one reaches its disk's centre. Beyond an edge, the longest
+ * most, the disk bulges by radius minus the centre's distance from that edge. The computed centre
+ * of a needle may be off: stray is how far its corners are from one circle.
+ */
+SPB_VECTORS static void find_disks(struct batch *b, uint32_t n)
+{
+    double weight[3][BATCH], sum[BATCH], most[BATCH];   /* of the corners; squared longest edge */
+    for (uint32_t i = 0; i < n; i++) {
+        double c[3][3];
+        for (int k = 0; k < 9; k++)
+            c[k / 3][k % 3] = b->corner[k / 3][k % 3][i];
+        const double s0 = square_of(c[2][0] - c[1][0], c[2][1] - c[1][1], c[2][2] - c[1][2]);
+        const double s1 = square_of(c[2][0] - c[0][0], c[2][1] - c[0][1], c[2][2] - c[0][2]);
+        const double s2 = square_of(c[1][0] - c[0][0], c[1][1] - c[0][1], c[1][2] - c[0][2]);
+        const double w0 = s0 * (s1 + s2 - s0), w1 = s1 * (s2 + s0 - s1), w2 = s2 * (s0 + s1 - s2);
+        const double all = w0 + w1 + w2;
+        const bool is0 = (s0 >= s1) & (s0 >= s2), is1 = !is0 & (s1 >= s2);
+        const double others = is0 ? s1 + s2 : is1 ? s2 + s0 : s0 + s1;
+        most[i] = largest_of(s0, s1, s2);
+        const bool acute = (b->area[i] > 0) & (most[i] < others) & (all > 0);
+        weight[0][i] = acute ? w0 : is0 ? 0 : 1;
+        weight[1][i] = acute ? w1 : is1 ? 0 : 1;
+        weight[2][i] = acute ? w2 : is0 | is1 ? 1 : 0;
+        sum[i] = acute ? all : 2;
+        b->reach[i] = acute ? 1 : 0;
+        b->longest[i] = sqrt(most[i]);
+    }
     for (int a = 0; a < 3; a++)
-        center[a] = acute
-            ? (w[0] * s->corner[0][a] + w[1] * s->corner[1][a] + w[2] * s->corner[2][a]) / sum
-            : (s->corner[(l + 1) % 3][a] + s->corner[(l + 2) % 3][a]) / 2;
-    double nearest = HUGE_VAL;
-    *radius = 0;
-    for (int k = 0; k < 3; k++) {
-        const double d = vec_distance(center, s->corner[k]);
-        *radius = larger_of(*radius, d);
-        nearest = smaller_of(nearest, d);
-    }
-    *reach = *radius;               /* a right or obtuse triangle reaches its disk's centre */
-    if (!acute)
-        return;
-    /*
-     * Beyond an edge the disk bulges by radius minus the centre's distance from that edge. The
-     * computed centre of a needle may be off: stray is how far its corners are from one circle.
-     */
-    const double stray = *radius - nearest;
-    *reach = 0;
-    for (int k = 0; k < 3; k++) {
-        const double inner = nearest * nearest - sq[k] / 4;
-        *reach = larger_of(*reach, *radius - (inner > 0 ? sqrt(inner) : 0) + stray);
+        for (uint32_t i = 0; i < n; i++)
+            b->center[a][i] = (weight[0][i] * b->corner[0][a][i] + weight[1][i] * b->corner[1][a][i] +
+                               weight[2][i] * b->corner[2][a][i]) / sum[i];
+    for (uint32_t i = 0; i < n; i++) {
+        double d[3];
+        for (int k = 0; k < 3; k++)
+            d[k] = square_of(b->center[0][i] - b->corner[k][0][i],
+                             b->center[1][i] - b->corner[k][1][i],
+                             b->center[2][i] - b->corner[k][2][i]);
+        const double radius = sqrt(largest_of(d[0], d[1], d[2]));
+        const double nearest = sqrt(smaller_of(d[0], smaller_of(d[1], d[2])));
+        const double inner = nearest * nearest - most[i] / 4;
+        const double bulge = radius - sqrt(inner > 0 ? inner : 0) + (radius - nearest);
+        b->reach[i] = b->reach[i] > 0 ? larger_of(0, bulge) : radius;
+        b->radius[i] = radius;
     }
 }
 
-void spb_leaf_make(const struct spb_space *space, const struct spb_face *face, uint32_t number,
-                   struct spb_node *out)
+/* Takes the code when it is nearer to the vector than the best so far. */
+SPB_INLINE void try_code(struct oct *best, double *best_dot, double u, double v, double x, double y,
+                         double z)
 {
-    struct spb_leaf_shape s;
-    double n[3];
-    spb_leaf_snap(space, face, &s);
-    memset(out, 0, sizeof *out);
-    make_disk(&s, out->center, &out->radius, &out->reach);
-    out->normal = spc_normal_encode(s.normal);
-    spc_normal_decode(out->normal, n);
-    for (int k = 0; k < 3; k++) {
-        double d[3];
-        vec_sub(s.corner[k], out->center, d);
-        out->height = larger_of(out->height, fabs(vec_dot(d, n)));
+    const struct oct o = oct_decode(oct_clamp(u), oct_clamp(v));
+    const double dot = oct_dot(&o, x, y, z);
+    const bool better = dot > *best_dot;
+    best->u = better ? o.u : best->u;
+    best->v = better ? o.v : best->v;
+    best->x = better ? o.x : best->x;
+    best->y = better ? o.y : best->y;
+    best->z = better ? o.z : best->z;
+    *best_dot = better ? dot : *best_dot;
+}
+
+/* The nearest code, as spc_normal_encode: one of the four around the projected vector. */
+SPB_VECTORS static void find_normals(struct batch *b, uint32_t n)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        const double x = b->winding[0][i], y = b->winding[1][i], z = b->winding[2][i];
+        struct oct best = {0, 0, 0, 0, 0};
+        double u, v, dot = -HUGE_VAL;
+        oct_square(x, y, z, &u, &v);
+        try_code(&best, &dot, u, v, x, y, z);
+        try_code(&best, &dot, u + 1, v, x, y, z);
+        try_code(&best, &dot, u, v + 1, x, y, z);
+        try_code(&best, &dot, u + 1, v + 1, x, y, z);
+        b->code[i] = ((int32_t)best.u + 127) | ((int32_t)best.v + 127) << 8;
+        b->normal[0][i] = best.x;
+        b->normal[1][i] = best.y;
+        b->normal[2][i] = best.z;
     }
-    out->radius *= OUTWARD;
-    out->reach *= OUTWARD;
-    out->height = smaller_of(out->radius, (out->height + 0x1p-48 * out->radius) * OUTWARD);
-    out->area = s.area;
+}
+
+SPB_VECTORS static void find_bounds(struct batch *b, uint32_t n)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        const double x = b->normal[0][i], y = b->normal[1][i], z = b->normal[2][i];
+        double h = 0;
+        for (int k = 0; k < 3; k++)
+            h = larger_of(h, fabs((b->corner[k][0][i] - b->center[0][i]) * x +
+                                  (b->corner[k][1][i] - b->center[1][i]) * y +
+                                  (b->corner[k][2][i] - b->center[2][i]) * z));
+        const double dot =
+            x * b->winding[0][i] + y * b->winding[1][i] + z * b->winding[2][i];
+        b->radius[i] *= OUTWARD;
+        b->reach[i] *= OUTWARD;
+        b->height[i] = smaller_of(b->radius[i], (h + 0x1p-48 * b->radius[i]) * OUTWARD);
+        b->cone[i] = b->area[i] > 0 ? dot - 1e-12 : -1;
+    }
+}
+
+/* Floats not above v, or not below, as float_below and float_above. */
+SPB_VECTORS static void round_outward(const double *v, bool up, float *out, uint32_t n)
+{
+    int32_t bits[BATCH];
+    for (uint32_t i = 0; i < n; i++)
+        out[i] = (float)v[i];
+    memcpy(bits, out, n * sizeof *bits);
+    for (uint32_t i = 0; i < n; i++)
+        bits[i] += up ? bits_up(out[i], bits[i], v[i]) : bits_down(out[i], bits[i], v[i]);
+    memcpy(out, bits, n * sizeof *bits);
+}
+
+SPB_VECTORS static void find_boxes(struct batch *b, uint32_t n)
+{
+    double lo[BATCH], hi[BATCH];
     for (int a = 0; a < 3; a++) {
-        const double *p = s.corner[0], *q = s.corner[1], *r = s.corner[2];
-        out->box[a] = float_below(smaller_of(p[a], smaller_of(q[a], r[a])));
-        out->box[a + 3] = float_above(larger_of(p[a], larger_of(q[a], r[a])));
+        for (uint32_t i = 0; i < n; i++) {
+            const double p = b->corner[0][a][i], q = b->corner[1][a][i], r = b->corner[2][a][i];
+            lo[i] = smaller_of(p, smaller_of(q, r));
+            hi[i] = largest_of(p, q, r);
+        }
+        round_outward(lo, false, b->box[a], n);
+        round_outward(hi, true, b->box[a + 3], n);
     }
-    out->cone = s.area > 0 ? float_below(vec_dot(n, s.normal) - 1e-12) : -1;
-    out->link = number;
-    out->e_self = spc_len_encode_up(s.longest);
-    for (int a = 0; a < 4; a++)
-        out->rgba[a] =
-            (uint8_t)((face->rgba[0][a] + face->rgba[1][a] + face->rgba[2][a] + 1) / 3);
+}
+
+/* Smallest length codes whose values are not below the longest edges, as spc_len_encode_up. */
+SPB_VECTORS static void find_lengths(struct batch *b, uint32_t n)
+{
+    const double least = 0x1p-126, most = 0x1.fep127;
+    double kept[BATCH];
+    float value[BATCH];
+    int32_t bits[BATCH];
+    for (uint32_t i = 0; i < n; i++) {
+        kept[i] = smaller_of(larger_of(b->longest[i], least), most);
+        value[i] = (float)kept[i];
+    }
+    memcpy(bits, value, n * sizeof *bits);
+    for (uint32_t i = 0; i < n; i++)
+        bits[i] = bits[i] >> 15 << 15;
+    memcpy(value, bits, n * sizeof *bits);
+    for (uint32_t i = 0; i < n; i++) {
+        const int32_t up = (double)value[i] < kept[i] ? 1 : 0;
+        b->e_self[i] = b->longest[i] > 0 ? (bits[i] >> 15) + up : 0;
+    }
+}
+
+/* ---- to the nodes ------------------------------------------------------------------------------ */
+
+static void store_leaf(const struct batch *b, uint32_t i, struct spb_node *out)
+{
+    const uint32_t number = out->link;
+    *out = (struct spb_node){
+        .center = {b->center[0][i], b->center[1][i], b->center[2][i]},
+        .radius = b->radius[i], .height = b->height[i], .reach = b->reach[i], .area = b->area[i],
+        .box = {b->box[0][i], b->box[1][i], b->box[2][i], b->box[3][i], b->box[4][i], b->box[5][i]},
+        .link = number, .normal = (uint16_t)b->code[i], .e_self = (uint16_t)b->e_self[i],
+    };
+    memcpy(out->rgba, b->rgba[i], sizeof out->rgba);
+}
+
+static void make_batch(const struct spb_space *space, struct batch *b, uint32_t n,
+                       struct spb_node *nodes)
+{
+    float cone[BATCH];
+    snap(space, b, n);
+    find_windings(b, n);
+    find_disks(b, n);
+    find_normals(b, n);
+    find_bounds(b, n);
+    find_boxes(b, n);
+    find_lengths(b, n);
+    round_outward(b->cone, false, cone, n);
+    for (uint32_t i = 0; i < n; i++) {
+        struct spb_node *leaf = &nodes[b->node[i]];
+        store_leaf(b, i, leaf);
+        leaf->cone = cone[i];
+    }
+}
+
+void spb_leaves_make(const struct spb_space *space, const struct spb_record_format *format,
+                     const uint8_t *records, struct spb_node *nodes, uint32_t count)
+{
+    struct batch b;
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (nodes[i].child_count != 0)
+            continue;
+        load_record(format, records + (size_t)nodes[i].link * format->bytes, &b, n);
+        b.node[n++] = i;
+        if (n == BATCH) {
+            make_batch(space, &b, n, nodes);
+            n = 0;
+        }
+    }
+    if (n > 0)
+        make_batch(space, &b, n, nodes);
 }

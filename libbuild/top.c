@@ -103,6 +103,8 @@ static enum spc_status keep_pending(const struct spb_pack_tree *tree, uint32_t r
     return SPC_OK;
 }
 
+enum { WINDOW = 256 };              /* nodes that are made while they are in a near cache */
+
 static enum spc_status build_part(const struct spb_part *part, struct spb_tmpfile *file,
                                   const struct spb_pack_shared *shared, struct tree *out,
                                   struct spc_error *err)
@@ -118,17 +120,13 @@ static enum spc_status build_part(const struct spb_part *part, struct spb_tmpfil
     if (status == SPC_OK)
         status = split_part(part, shared, records, &tree, err);
     const struct spb_pack_tree pack = {shared, tree.nodes, records};
-    for (uint32_t i = tree.node_count; i-- > 0 && status == SPC_OK;) {
-        struct spb_node *n = &tree.nodes[i];
-        if (n->child_count == 0) {
-            struct spb_face face;
-            const uint32_t number = n->link;
-            spb_record_load(&shared->format, shared->space, records + (size_t)number * bytes,
-                            &face);
-            spb_leaf_make(shared->space, &face, number, n);
-        } else {
-            status = finish_node(&pack, i, err);
-        }
+    for (uint32_t end = tree.node_count; end > 0 && status == SPC_OK;) {
+        const uint32_t begin = end > WINDOW ? end - WINDOW : 0;
+        spb_leaves_make(shared->space, &shared->format, records, &tree.nodes[begin], end - begin);
+        for (uint32_t i = end; i-- > begin && status == SPC_OK;)
+            if (tree.nodes[i].child_count > 0)
+                status = finish_node(&pack, i, err);
+        end = begin;
     }
     if (status == SPC_OK)
         status = keep_pending(&pack, bytes, out, err);

@@ -45,22 +45,13 @@ struct spb_node {
     uint8_t rgba[4];
 };
 
-/* A face as the archive will hold it: corners on the vertex lattice. */
-struct spb_leaf_shape {
-    double corner[3][3];            /* build coordinates, exact lattice points */
-    double normal[3];               /* winding normal, unit; zero area: 0, 0, 1 */
-    double area;
-    double longest;                 /* longest edge */
-};
-void spb_leaf_snap(const struct spb_space *space, const struct spb_face *face,
-                   struct spb_leaf_shape *out);
-
 /*
- * Leaf of a face: circumcircle of an acute triangle, else the circle on the longest edge.
+ * Leaves of faces, those among nodes [0, count) that have no children: circumcircle of an acute
+ * triangle, else the circle on the longest edge. link: number of the face's record, stays.
  * src  [Oka04] 2.3.2; reach: the largest distance from a point of the disk to the triangle
  */
-void spb_leaf_make(const struct spb_space *space, const struct spb_face *face, uint32_t number,
-                   struct spb_node *out);
+void spb_leaves_make(const struct spb_space *space, const struct spb_record_format *format,
+                     const uint8_t *records, struct spb_node *nodes, uint32_t count);
 
 /*
  * Inner node over its 2..4 children, in child order: center, normal and colour are averages

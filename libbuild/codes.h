@@ -1,0 +1,68 @@
+/*
+ * codes.h - codes of normals and lengths (spc.h), inline, for loops that become vectors.
+ *
+ * The same operations in the same order as spc_normal_*, spc_len_encode_up and nextafterf, so the
+ * same values; numbers of codes are doubles here, which costs nothing and spares conversions.
+ */
+#ifndef SPB_CODES_H
+#define SPB_CODES_H
+
+#include "spc.h"
+#include "vec.h"
+#include "vectors.h"
+
+#define OCT_HALF 127.0              /* u and v are -127..127 */
+
+struct oct {                        /* normal code (u + 127) | (v + 127) << 8, decoded */
+    double u, v, x, y, z;
+};
+
+SPB_INLINE struct oct oct_decode(double u, double v)
+{
+    const double au = fabs(u), av = fabs(v), z = OCT_HALF - au - av;
+    const double fu = u < 0 ? av - OCT_HALF : OCT_HALF - av;
+    const double fv = v < 0 ? au - OCT_HALF : OCT_HALF - au;
+    const double x = z >= 0 ? u : fu, y = z >= 0 ? v : fv;
+    const double length = sqrt(x * x + y * y + z * z);
+    return (struct oct){u, v, x / length, y / length, z / length};
+}
+
+SPB_INLINE double oct_clamp(double v)
+{
+    return v < -OCT_HALF ? -OCT_HALF : v > OCT_HALF ? OCT_HALF : v;
+}
+
+SPB_INLINE double oct_dot(const struct oct *o, double x, double y, double z)
+{
+    return o->x * x + o->y * y + o->z * z;
+}
+
+/* Corner of the square of codes that holds the vector's: the smallest u and v. The vector is not 0. */
+SPB_INLINE void oct_square(double x, double y, double z, double *u, double *v)
+{
+    const double sum = fabs(x) + fabs(y) + fabs(z);
+    const double pu = x / sum, pv = y / sum;
+    const double fu = (1 - fabs(pv)) * (pu < 0 ? -1 : 1), fv = (1 - fabs(pu)) * (pv < 0 ? -1 : 1);
+    *u = floor((z < 0 ? fu : pu) * OCT_HALF);
+    *v = floor((z < 0 ? fv : pv) * OCT_HALF);
+}
+
+SPB_INLINE uint16_t oct_code(double u, double v)
+{
+    return (uint16_t)(((int)u + 127) | ((int)v + 127) << 8);
+}
+
+/* Number to add to the bits of a float that was rounded from v, so that it is not above, or below, v. */
+SPB_INLINE int32_t bits_down(float f, int32_t bits, double v)
+{
+    const int32_t step = bits < 0 ? 1 : -1;
+    return (double)f > v ? step : 0;
+}
+
+SPB_INLINE int32_t bits_up(float f, int32_t bits, double v)
+{
+    const int32_t step = bits < 0 ? -1 : 1;
+    return (double)f < v ? step : 0;
+}
+
+#endif
