@@ -52,6 +52,20 @@ SPB_INLINE uint16_t oct_code(double u, double v)
     return (uint16_t)(((int)u + 127) | ((int)v + 127) << 8);
 }
 
+/* Smallest length code whose value is >= v >= 0. */
+SPB_INLINE uint32_t length_code_up(double v)
+{
+    const double least = 0x1p-126, most = 0x1.fep127;
+    const double kept = smaller_of(larger_of(v, least), most);
+    const float nearest = (float)kept;
+    uint32_t bits;
+    float value;
+    memcpy(&bits, &nearest, sizeof bits);
+    bits = bits >> 15 << 15;
+    memcpy(&value, &bits, sizeof value);
+    return v > 0 ? (bits >> 15) + ((double)value < kept) : 0;
+}
+
 /* Number to add to the bits of a float that was rounded from v, so that it is not above, or below, v. */
 SPB_INLINE int32_t bits_down(float f, int32_t bits, double v)
 {

@@ -278,21 +278,32 @@ static void make_batch(const struct spb_space *space, struct batch *b, uint32_t 
     }
 }
 
+/* The next leaves from node begin on, at most a batch; their records are on the way. */
+static uint32_t find_leaves(const struct spb_record_format *format, const uint8_t *records,
+                            const struct spb_node *nodes, uint32_t *begin, uint32_t end,
+                            struct batch *b)
+{
+    uint32_t n = 0;
+    for (; *begin < end && n < BATCH; ++*begin) {
+        if (nodes[*begin].child_count != 0)
+            continue;
+        const uint8_t *record = records + (size_t)nodes[*begin].link * format->bytes;
+        __builtin_prefetch(record);
+        __builtin_prefetch(record + format->bytes - 1);
+        b->node[n++] = *begin;
+    }
+    return n;
+}
+
 void spb_leaves_make(const struct spb_space *space, const struct spb_record_format *format,
                      const uint8_t *records, struct spb_node *nodes, uint32_t count)
 {
     struct batch b;
-    uint32_t n = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        if (nodes[i].child_count != 0)
-            continue;
-        load_record(format, records + (size_t)nodes[i].link * format->bytes, &b, n);
-        b.node[n++] = i;
-        if (n == BATCH) {
+    for (uint32_t begin = 0; begin < count;) {
+        const uint32_t n = find_leaves(format, records, nodes, &begin, count, &b);
+        for (uint32_t i = 0; i < n; i++)
+            load_record(format, records + (size_t)nodes[b.node[i]].link * format->bytes, &b, i);
+        if (n > 0)
             make_batch(space, &b, n, nodes);
-            n = 0;
-        }
     }
-    if (n > 0)
-        make_batch(space, &b, n, nodes);
 }

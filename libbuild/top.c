@@ -31,18 +31,14 @@ static enum spc_status no_memory(struct spc_error *err)
     return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to build the tree");
 }
 
-/* Children before parents: combine, then cut. Keeps what split.c has set. */
+/* Children before parents: combine, then cut. */
 static enum spc_status finish_node(const struct spb_pack_tree *tree, uint32_t i,
                                    struct spc_error *err)
 {
     struct spb_node *n = &tree->nodes[i];
-    const uint32_t first = n->child_first;
-    const uint8_t count = n->child_count;
-    spb_node_combine(&tree->nodes[first], count,
+    spb_node_combine(&tree->nodes[n->child_first], n->child_count,
                      (tree->shared->options.flags & SPC_FLAG_ERROR_PAPER) != 0,
                      spb_space_finest(tree->shared->space), n);
-    n->child_first = first;
-    n->child_count = count;
     return spb_cut(tree, i, err);
 }
 

@@ -57,21 +57,10 @@ void spb_leaves_make(const struct spb_space *space, const struct spb_record_form
  * Inner node over its 2..4 children, in child order: center, normal and colour are averages
  * weighted by area (plain when there is none), R and H the smaller of two proved bounds each. The
  * center is moved to its lattice (spb_center_step, but not below 2^finest units) before anything
- * is measured from it. child_first, child_count, pending, link and owner are the caller's.
+ * is measured from it. child_first and child_count stay as they are.
  */
 void spb_node_combine(const struct spb_node *children, uint32_t count, bool paper, int finest,
                       struct spb_node *out);
-
-/*
- * Largest distance from a point of node's disk to the triangles below, proved: see bound.c.
- * node: center, normal and radius are set.
- */
-double spb_reach_bound(const struct spb_node *node, const struct spb_node *children,
-                       uint32_t count);
-
-/* e_g = min(hypot(e_p, e_t), 2 R) over the children's disks. src [Oka04] eq. 2.1-2.5, [DVS03] 3 */
-double spb_paper_error(const struct spb_node *node, const struct spb_node *children,
-                       uint32_t count);
 
 /* ---- splitting --------------------------------------------------------------------------------- */
 
