@@ -145,18 +145,26 @@ SPB_INLINE uint32_t find_patches(double radius, const struct child_views *c,
 
 /* ---- exactly ----------------------------------------------------------------------------------- */
 
+/* From the centre of child i. */
+SPB_INLINE double square_to(const struct child_views *c, int i, double x, double y)
+{
+    return (x - c->x[i]) * (x - c->x[i]) + (y - c->y[i]) * (y - c->y[i]);
+}
+
 SPB_INLINE double reach_of_patch(double radius, const struct child_views *c,
                                  const struct spb_family *f, int patch)
 {
     const int ring = patch / SECTORS, sector = patch % SECTORS;
-    double g[N], far[N] = {0, 0, 0, 0};
+    double g[N], far[N], x[4], y[4];
     for (int k = 0; k < 4; k++) {
         const double r = radius * RING_RADIUS[ring + (k >> 1)];
-        const double x = r * OCTAGON[sector + (k & 1)][0], y = r * OCTAGON[sector + (k & 1)][1];
-        for (int i = 0; i < N; i++) {
-            const double dx = x - c->x[i], dy = y - c->y[i];
-            far[i] = larger_of(far[i], dx * dx + dy * dy);
-        }
+        x[k] = r * OCTAGON[sector + (k & 1)][0];
+        y[k] = r * OCTAGON[sector + (k & 1)][1];
+    }
+    for (int i = 0; i < N; i++) {
+        const double inner = larger_of(square_to(c, i, x[0], y[0]), square_to(c, i, x[1], y[1]));
+        const double outer = larger_of(square_to(c, i, x[2], y[2]), square_to(c, i, x[3], y[3]));
+        far[i] = larger_of(inner, outer);
     }
     for (int i = 0; i < N; i++) {
         const double in_plane = larger_of(0, sqrt(far[i]) - c->inner[i]);

@@ -137,9 +137,11 @@ SPB_INLINE void split_family(struct spb_key *keys, uint32_t begin, uint32_t end,
 
 static bool reserve(struct spb_tree *tree, uint32_t more)
 {
-    if (tree->node_count + more <= tree->node_max)
+    const uint32_t needed = tree->node_count + more;
+    const uint32_t half_more = tree->node_max + tree->node_max / 2;
+    const uint32_t grown = needed > half_more ? needed : half_more;
+    if (needed <= tree->node_max)
         return true;
-    const uint32_t grown = tree->node_max + tree->node_max / 2 + more + 64;
     struct spb_node *nodes = realloc(tree->nodes, (size_t)grown * sizeof *nodes);
     if (nodes == NULL)
         return false;

@@ -42,24 +42,82 @@ static enum spc_status finish_node(const struct spb_pack_tree *tree, uint32_t i,
     return spb_cut(tree, i, err);
 }
 
+/* ---- memory of a part -------------------------------------------------------------------------- */
+
+/* Kept for the next part: fresh memory costs more time than splitting does. */
+struct spb_workspace {
+    struct spb_workspace *next;
+    uint8_t *records;
+    size_t records_max;             /* bytes */
+    struct spb_key *keys;
+    uint64_t keys_max;
+    struct spb_tree tree;
+};
+
+static void workspace_free(struct spb_workspace *w)
+{
+    if (w == NULL)
+        return;
+    free(w->records);
+    free(w->keys);
+    free(w->tree.nodes);
+    free(w);
+}
+
+static struct spb_workspace *workspace_take(struct spb_top *top)
+{
+    pthread_mutex_lock(&top->lock);
+    struct spb_workspace *w = top->idle;
+    if (w != NULL)
+        top->idle = w->next;
+    pthread_mutex_unlock(&top->lock);
+    return w != NULL ? w : calloc(1, sizeof *w);
+}
+
+static void workspace_give(struct spb_top *top, struct spb_workspace *w)
+{
+    pthread_mutex_lock(&top->lock);
+    w->next = top->idle;
+    top->idle = w;
+    pthread_mutex_unlock(&top->lock);
+}
+
+static void workspaces_free(struct spb_top *top)
+{
+    while (top->idle != NULL) {
+        struct spb_workspace *w = top->idle;
+        top->idle = w->next;
+        workspace_free(w);
+    }
+}
+
+static enum spc_status workspace_reserve(struct spb_workspace *w, uint64_t count, uint32_t bytes,
+                                         struct spc_error *err)
+{
+    if (count * bytes > w->records_max) {
+        free(w->records);
+        w->records = malloc((size_t)count * bytes);
+        w->records_max = w->records ? (size_t)count * bytes : 0;
+    }
+    if (count > w->keys_max) {
+        free(w->keys);
+        w->keys = malloc((size_t)count * sizeof *w->keys);
+        w->keys_max = w->keys ? count : 0;
+    }
+    return w->records != NULL && w->keys != NULL ? SPC_OK : no_memory(err);
+}
+
 /* ---- one part ---------------------------------------------------------------------------------- */
 
-static enum spc_status split_part(const struct spb_part *part,
-                                  const struct spb_pack_shared *shared, const uint8_t *records,
-                                  struct spb_tree *tree, struct spc_error *err)
+static void make_keys(const struct spb_pack_shared *shared, const uint8_t *records, uint64_t count,
+                      struct spb_key *keys)
 {
-    struct spb_key *keys = malloc((size_t)part->count * sizeof *keys);
-    if (keys == NULL)
-        return no_memory(err);
-    for (uint64_t i = 0; i < part->count; i++) {
+    for (uint64_t i = 0; i < count; i++) {
         struct spb_face face;
         spb_record_load(&shared->format, shared->space, records + i * shared->format.bytes, &face);
         spb_face_key(&face, keys[i].v);
         keys[i].v[SPB_KEY_FACE] = (double)i;
     }
-    const enum spc_status status = spb_tree_split(keys, (uint32_t)part->count, tree, err);
-    free(keys);
-    return status;
 }
 
 /* The pending part of a tree, renumbered; closed subtrees end at their owners. */
@@ -101,36 +159,47 @@ static enum spc_status keep_pending(const struct spb_pack_tree *tree, uint32_t r
 
 enum { WINDOW = 256 };              /* nodes that are made while they are in a near cache */
 
-static enum spc_status build_part(const struct spb_part *part, struct spb_tmpfile *file,
-                                  const struct spb_pack_shared *shared, struct tree *out,
+/* Leaves, inner nodes and clusters, children before parents. */
+static enum spc_status make_nodes(const struct spb_pack_tree *pack, uint32_t count,
                                   struct spc_error *err)
 {
+    const struct spb_pack_shared *shared = pack->shared;
+    enum spc_status status = SPC_OK;
+    for (uint32_t end = count; end > 0 && status == SPC_OK;) {
+        const uint32_t begin = end > WINDOW ? end - WINDOW : 0;
+        spb_leaves_make(shared->space, &shared->format, pack->records, &pack->nodes[begin],
+                        end - begin);
+        for (uint32_t i = end; i-- > begin && status == SPC_OK;)
+            if (pack->nodes[i].child_count > 0)
+                status = finish_node(pack, i, err);
+        end = begin;
+    }
+    return status;
+}
+
+static enum spc_status build_part(const struct spb_part *part, struct spb_tmpfile *file,
+                                  const struct spb_pack_shared *shared, struct spb_workspace *w,
+                                  struct tree *out, struct spc_error *err)
+{
     const uint32_t bytes = shared->format.bytes;
-    struct spb_tree tree = {0};
     *out = (struct tree){0};
     if (part->count >= (uint64_t)1 << 31)
         return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "a part is too large to build in memory");
-    uint8_t *records = malloc((size_t)part->count * bytes);
-    enum spc_status status = records ? spb_part_read(part, file, bytes, records, err)
-                                     : no_memory(err);
+    enum spc_status status = workspace_reserve(w, part->count, bytes, err);
     if (status == SPC_OK)
-        status = split_part(part, shared, records, &tree, err);
-    const struct spb_pack_tree pack = {shared, tree.nodes, records};
-    for (uint32_t end = tree.node_count; end > 0 && status == SPC_OK;) {
-        const uint32_t begin = end > WINDOW ? end - WINDOW : 0;
-        spb_leaves_make(shared->space, &shared->format, records, &tree.nodes[begin], end - begin);
-        for (uint32_t i = end; i-- > begin && status == SPC_OK;)
-            if (tree.nodes[i].child_count > 0)
-                status = finish_node(&pack, i, err);
-        end = begin;
+        status = spb_part_read(part, file, bytes, w->records, err);
+    if (status == SPC_OK) {
+        make_keys(shared, w->records, part->count, w->keys);
+        status = spb_tree_split(w->keys, (uint32_t)part->count, &w->tree, err);
     }
+    const struct spb_pack_tree pack = {shared, w->tree.nodes, w->records};
+    if (status == SPC_OK)
+        status = make_nodes(&pack, w->tree.node_count, err);
     if (status == SPC_OK)
         status = keep_pending(&pack, bytes, out, err);
-    out->height = tree.height;
+    out->height = w->tree.height;
     if (status != SPC_OK)
         tree_release(out);
-    free(tree.nodes);
-    free(records);
     return status;
 }
 
@@ -201,8 +270,12 @@ enum spc_status spb_top_part(struct spb_top *top, uint32_t part, struct spc_erro
 {
     const struct spb_part *p = &top->plan->parts[part];
     uint32_t node = p->node;
+    struct spb_workspace *w = workspace_take(top);
+    if (w == NULL)
+        return no_memory(err);
     enum spc_status status =
-        build_part(p, top->file, top->shared, &top->subtrees[node].tree, err);
+        build_part(p, top->file, top->shared, w, &top->subtrees[node].tree, err);
+    workspace_give(top, w);
     while (status == SPC_OK && top->subtrees[node].parent != SPC_NONE) {
         node = top->subtrees[node].parent;
         if (atomic_fetch_sub(&top->subtrees[node].missing, 1) > 1)
@@ -216,10 +289,11 @@ enum spc_status spb_top_init(struct spb_top *top, const struct spb_plan *plan,
                              struct spb_tmpfile *file, const struct spb_pack_shared *shared,
                              struct spc_error *err)
 {
-    *top = (struct spb_top){plan, shared, file,
-                            calloc(plan->node_count, sizeof *top->subtrees)};
+    *top = (struct spb_top){.plan = plan, .shared = shared, .file = file,
+                            .subtrees = calloc(plan->node_count, sizeof *top->subtrees)};
     if (top->subtrees == NULL)
         return no_memory(err);
+    pthread_mutex_init(&top->lock, NULL);
     top->subtrees[0].parent = SPC_NONE;
     for (uint32_t i = 0; i < plan->node_count; i++) {
         atomic_init(&top->subtrees[i].missing, plan->nodes[i].child_count);
@@ -231,8 +305,12 @@ enum spc_status spb_top_init(struct spb_top *top, const struct spb_plan *plan,
 
 void spb_top_release(struct spb_top *top)
 {
-    for (uint32_t i = 0; top->subtrees != NULL && i < top->plan->node_count; i++)
+    if (top->subtrees == NULL)
+        return;
+    for (uint32_t i = 0; i < top->plan->node_count; i++)
         tree_release(&top->subtrees[i].tree);
+    workspaces_free(top);
+    pthread_mutex_destroy(&top->lock);
     free(top->subtrees);
     *top = (struct spb_top){0};
 }
@@ -242,6 +320,7 @@ enum spc_status spb_top_finish(struct spb_top *top, uint32_t *root, uint32_t *he
 {
     const struct tree *tree = &top->subtrees[0].tree;
     const struct spb_pack_tree pack = {top->shared, tree->nodes, tree->records};
+    workspaces_free(top);
     *height = tree->height;
     return spb_pack_close_root(&pack, root, err);
 }

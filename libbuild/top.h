@@ -11,13 +11,18 @@
 #include "pack.h"
 #include "plan.h"
 
+#include <pthread.h>
+
 struct spb_subtree;
+struct spb_workspace;
 
 struct spb_top {
     const struct spb_plan *plan;
     const struct spb_pack_shared *shared;
     struct spb_tmpfile *file;       /* of the parts' records */
     struct spb_subtree *subtrees;   /* [plan->node_count] built, and not yet in their parent's */
+    pthread_mutex_t lock;
+    struct spb_workspace *idle;     /* memory of parts that were built, for the next ones */
 };
 
 /* fails  SPC_NO_MEMORY */
