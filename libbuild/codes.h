@@ -55,7 +55,7 @@ SPB_INLINE uint16_t oct_code(double u, double v)
 /* Smallest length code whose value is >= v >= 0. */
 SPB_INLINE uint32_t length_code_up(double v)
 {
-    const double least = 0x1p-126, most = 0x1.fep127;
+    const double least = 0x1p-126, most = 0x1.ffp127;
     const double kept = smaller_of(larger_of(v, least), most);
     const float nearest = (float)kept;
     uint32_t bits;

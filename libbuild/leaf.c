@@ -227,7 +227,7 @@ SPB_VECTORS static void find_boxes(struct batch *b, uint32_t n)
 /* Smallest length codes whose values are not below the longest edges, as spc_len_encode_up. */
 SPB_VECTORS static void find_lengths(struct batch *b, uint32_t n)
 {
-    const double least = 0x1p-126, most = 0x1.fep127;
+    const double least = 0x1p-126, most = 0x1.ffp127;
     double kept[BATCH];
     float value[BATCH];
     int32_t bits[BATCH];
