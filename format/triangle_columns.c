@@ -5,7 +5,7 @@
 #include "columns.h"
 
 #include "bytes.h"
-#include "edge_ring.h"
+#include "edge_index.h"
 #include "layout.h"
 #include "leaf_record.h"
 
@@ -113,33 +113,43 @@ static void tell_vertices(const struct columns *c, const uint8_t *payload,
     }
 }
 
+/* What has been told: the ring with its index, and how many of everything. */
+struct telling {
+    struct edge_index index;
+    uint32_t seen;                  /* vertices used so far: they are numbered by first use */
+    uint32_t thirds, looses, explicits;
+};
+
 /* Code of a corner that is no part of a shared edge. False: not numbered by first use. */
-static bool tell_corner(const struct columns *c, struct triangle_arrays *t,
-                        struct triangle_state *s, uint32_t v, uint8_t *code)
+static inline bool tell_corner(const struct columns *c, struct triangle_arrays *t, struct telling *s,
+                               uint32_t v, uint8_t *code)
 {
     if (v > s->seen || v >= c->block->vertex_count)
         return false;
     if (v == s->seen) {
         *code = CORNER_NEW;
-        s->seen++;
+        edge_index_add_vertex(&s->index, s->seen++);
     } else {
-        *code = (uint8_t)corner_find(&s->ring, v);
+        *code = (uint8_t)corner_index_find(&s->index, v);
         if (*code == CORNER_EXPLICIT)
             t->explicit[s->explicits++] = (uint16_t)v;
     }
-    corner_push(&s->ring, v);
+    corner_index_push(&s->index, v);
     return true;
 }
 
-static bool tell_triangle(const struct columns *c, struct triangle_arrays *t,
-                          struct triangle_state *s, const uint32_t q[3], uint8_t *edge)
+static inline bool tell_triangle(const struct columns *c, struct triangle_arrays *t, struct telling *s,
+                                 const uint32_t q[3], uint8_t *edge)
 {
-    const uint32_t code = edge_find(&s->ring, q[0], q[1]);
+    const uint32_t known = s->seen;         /* an edge has been seen only between these */
+    const uint32_t code = q[0] < known && q[1] < known ? edge_index_find(&s->index, q[0], q[1])
+                                                       : EDGE_LOOSE;
     *edge = (uint8_t)code;
     if (code != EDGE_LOOSE) {
-        const uint32_t k = (s->ring.edges - 1 - edge_age(code)) & 255;
+        const struct edge_ring *ring = &s->index.ring;
+        const uint32_t k = (ring->edges - 1 - edge_age(code)) & 255;
         if (q[2] == s->seen && s->seen < c->block->vertex_count)
-            tell_from(t->model[s->seen], q[0], q[1], s->ring.opposite[k]);
+            tell_from(t->model[s->seen], q[0], q[1], ring->opposite[k]);
         if (!tell_corner(c, t, s, q[2], &t->third[s->thirds++]))
             return false;
     } else {
@@ -150,7 +160,7 @@ static bool tell_triangle(const struct columns *c, struct triangle_arrays *t,
                 return false;
         }
     }
-    edge_push_triangle(&s->ring, q[0], q[1], q[2], code == EDGE_LOOSE);
+    edge_index_push_triangle(&s->index, q[0], q[1], q[2], code == EDGE_LOOSE);
     return true;
 }
 
@@ -159,11 +169,16 @@ enum spc_status triangle_columns_put(const struct columns *c, const uint8_t *pay
 {
     const uint32_t v = c->block->vertex_count;
     struct triangle_arrays t;
-    struct triangle_state s = {.seen = 0};
+    struct telling s = {.seen = 0};
     void *memory = arrays_create(c->n, v, &t);
-    if (memory == NULL)
+    uint32_t *index = malloc(((size_t)2 * v + 1) * sizeof *index);
+    if (memory == NULL || index == NULL) {
+        free(memory);
+        free(index);
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the columns of a block");
+    }
     bool ok = true;
+    edge_index_init(&s.index, index, v);
     load_vertices(c, payload, &t);
     for (uint32_t i = 0; i < c->n && ok; i++) {
         const uint8_t *p = payload + c->layout->indices + (size_t)6 * c->place[i];
@@ -183,6 +198,7 @@ enum spc_status triangle_columns_put(const struct columns *c, const uint8_t *pay
             planes_put8(w, t.color[k], v);
     }
     free(memory);
+    free(index);
     return ok ? SPC_OK : spc_fail(err, SPC_INTERNAL, SPC_NO_OFF,
                                   "vertices of a block are not numbered by first use");
 }
