@@ -1,9 +1,9 @@
 /*
  * pack.h - closed clusters of the tree as blocks.
  *
- * cut.c decides which nodes make a cluster; here they are quantised, get their final errors and
- * links, are ordered, grouped by normal, and encoded. Stages, a file each: quantise.c, order.c, payload.c;
- * pack.c runs them and keeps the directory record.
+ * cut.c decides which nodes make a cluster; here they are put in order, quantised, get their final
+ * errors and links, are grouped by normal, and encoded. Stages, a file each: collect.c, quantise.c with
+ * leaves.c, order.c, payload.c with weld.c and cones.c; pack.c runs them and keeps the directory record.
  */
 #ifndef SPB_PACK_H
 #define SPB_PACK_H

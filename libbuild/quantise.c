@@ -45,43 +45,22 @@ struct lattice {
     int finest, coarsest;           /* steps: 16 bits reach over the cluster; divides the origin */
 };
 
-/* Where centres may lie: an inner node's does not move far, a leaf's lies in its triangle's box. */
-static void reach_of(const struct spb_node *n, double min[3], double max[3])
-{
-    for (int a = 0; a < 3; a++) {
-        const bool leaf = n->child_count == 0;
-        min[a] = smaller_of(min[a], leaf ? (double)n->box[a] : n->center[a]);
-        max[a] = larger_of(max[a], leaf ? (double)n->box[a + 3] : n->center[a]);
-    }
-}
-
 static struct lattice choose_lattice(struct pack *p)
 {
-    double min[3], max[3], side = 0;
-    int wanted = -1000;
-    for (int a = 0; a < 3; a++) {
-        min[a] = HUGE_VAL;
-        max[a] = -HUGE_VAL;
-    }
-    for (uint32_t i = 0; i < p->node_count; i++) {
-        const struct spb_node *n = &p->tree->nodes[p->nodes[i].node];
-        const int step = n->child_count > 0 ? spb_center_step(n->radius) : wanted;
-        wanted = step > wanted ? step : wanted;
-        reach_of(n, min, max);
-    }
+    double side = 0;
     for (int a = 0; a < 3; a++)
-        side = larger_of(side, max[a] - min[a]);
+        side = larger_of(side, p->max[a] - p->min[a]);
     /* One huge disk must not push the origin so far off that small ones lose their bits. */
     int cap = side > 0 ? exponent_of(side) - 3 : 0;
     cap = cap < -30 ? -30 : cap;
-    struct lattice l = {finest_step(p), wanted < cap ? wanted : cap};
+    struct lattice l = {finest_step(p), p->coarsest_wanted < cap ? p->coarsest_wanted : cap};
     if (l.coarsest < l.finest)
         l.coarsest = l.finest;
     for (;;) {
         double reach = 0;
         for (int a = 0; a < 3; a++) {
-            p->origin[a] = times_exp2(floor(times_exp2(min[a], -l.coarsest)), l.coarsest);
-            reach = larger_of(reach, max[a] - p->origin[a] + times_exp2(1, l.coarsest - 1));
+            p->origin[a] = times_exp2(floor(times_exp2(p->min[a], -l.coarsest)), l.coarsest);
+            reach = larger_of(reach, p->max[a] - p->origin[a] + times_exp2(1, l.coarsest - 1));
         }
         const int step = exponent_of(reach / 65535);
         l.finest = step > l.finest ? step : l.finest;
@@ -89,6 +68,17 @@ static struct lattice choose_lattice(struct pack *p)
             return l;
         l.coarsest = l.finest;
     }
+}
+
+static void set_frame(struct pack *p)
+{
+    const struct spb_space *space = p->shared->space;
+    p->frame = (struct spc_frame){
+        .flags = p->shared->options.flags, .normal_clusters = p->shared->options.normal_clusters,
+        .unit_exp = space->unit_exp, .vertex_exp = space->vertex_exp,
+    };
+    for (int a = 0; a < 3; a++)
+        p->frame.origin[a] = space->origin[a] + times_exp2(p->origin[a], space->unit_exp);
 }
 
 static double far_corner(const struct spb_node *n, const double c[3], double out[3])
@@ -99,20 +89,20 @@ static double far_corner(const struct spb_node *n, const double c[3], double out
 }
 
 /* Decoded centre, R and H of an inner node. Returns how far the centre moved. */
-static double quantise_pill(struct pack_node *q, const struct spb_node *n, const struct lattice *l)
+static double quantise_pill(const struct pack *p, struct pack_inner *q, const struct spb_node *n,
+                            const struct lattice *l)
 {
-    double shift[3], normal[3], far[3];
-    q->step_exp = spb_center_step(n->radius);
+    double center[3], shift[3], normal[3], far[3];
     q->step_exp = q->step_exp > l->coarsest ? l->coarsest : q->step_exp;
     q->step_exp = q->step_exp < l->finest ? l->finest : q->step_exp;
     for (int a = 0; a < 3; a++)
-        q->center[a] = times_exp2(floor(times_exp2(n->center[a], -q->step_exp) + 0.5), q->step_exp);
-    vec_sub(q->center, n->center, shift);
+        center[a] = times_exp2(floor(times_exp2(n->center[a], -q->step_exp) + 0.5), q->step_exp);
+    vec_sub(center, p->origin, q->at);
+    vec_sub(center, n->center, shift);
     const double moved = vec_length(shift);
-    const double radius = smaller_of(n->radius + moved, far_corner(n, q->center, far) * OUTWARD);
+    const double radius = smaller_of(n->radius + moved, far_corner(n, center, far) * OUTWARD);
     q->radius_code = spb_length_code(radius);
     q->radius = (double)spc_len_decode(q->radius_code);
-    q->normal = n->normal;
     spc_normal_decode(n->normal, normal);
     const double slab = fabs(normal[0]) * far[0] + fabs(normal[1]) * far[1] +
                         fabs(normal[2]) * far[2];
@@ -125,27 +115,6 @@ static double quantise_pill(struct pack_node *q, const struct spb_node *n, const
     q->height_code = (uint8_t)(code | HEIGHT_UNUSED);
     q->height = q->radius * (q->height_code + 1) / 256;
     return moved * OUTWARD;
-}
-
-/* The format's disk of a triangle: readers make the same from the triangle alone. */
-static void quantise_leaf(const struct pack *p, struct pack_node *q, int step)
-{
-    const struct spb_space *space = p->shared->space;
-    uint8_t record[ND_SIZE] = {0};
-    const struct spc_frame frame = pack_frame(p);
-    const bool fits = spc_leaf_record(&frame, step + space->unit_exp,
-                                      (const int64_t(*)[3])p->leaves[q->leaf_number].corner, record);
-    assert(fits);
-    (void)fits;
-    q->step_exp = step;
-    for (int a = 0; a < 3; a++)
-        q->center[a] = p->origin[a] + times_exp2(load_u16(record + ND_X + 2 * a), step);
-    q->normal = load_u16(record + ND_NORMAL);
-    q->e_self = load_u16(record + ND_E_SELF);
-    q->radius_code = load_u16(record + ND_RADIUS);
-    q->radius = (double)spc_len_decode(q->radius_code);
-    q->height_code = record[ND_HEIGHT];
-    q->height = q->radius * (q->height_code + 1) / 256;
 }
 
 static uint16_t larger(uint16_t a, uint16_t b)
@@ -163,13 +132,42 @@ static uint16_t own_error(const struct pack *p, const struct spb_node *n, double
     return spb_length_code(larger_of(reach, height) * OUTWARD);
 }
 
-static uint16_t error_below(const struct pack *p, const struct pack_node *q,
-                            const struct spb_node *n)
+/* Largest e_self of a family, and at least e. */
+static uint16_t family_error(const struct pack *p, enum spc_block_kind kind, uint32_t family, uint16_t e)
+{
+    if (family == PACK_NONE)
+        return e;
+    const struct pack_family *f = &p->kind[kind].families[family];
+    for (uint32_t i = f->first; i < f->first + f->count; i++)
+        e = larger(e, kind == SPC_BLOCK_LEAF ? p->leaves.e_self[i] : p->inner[i].e_self);
+    return e;
+}
+
+/* Of a node's children: with the bits of an inner node's code. */
+static uint16_t error_below(const struct pack *p, const struct pack_inner *q, const struct spb_node *n)
 {
     uint16_t e = n->owner ? n->e_below : SPC_LEN_ZERO;
-    for (uint32_t k = 0; k < n->child_count && !n->owner; k++)
-        e = larger(e, p->nodes[q->child_first + k].e_self);
+    for (int kind = 0; kind < 2; kind++)
+        e = family_error(p, (enum spc_block_kind)kind, q->children[kind], e);
     return spb_length_code((double)spc_len_decode(e));
+}
+
+static void quantise_inner(struct pack *p, struct pack_inner *q, const struct lattice *l)
+{
+    const bool paper = (p->shared->options.flags & SPC_FLAG_ERROR_PAPER) != 0;
+    const struct spb_node *n = &p->tree->nodes[q->node];
+    const double moved = quantise_pill(p, q, n, l);
+    q->e_self = n->owner ? n->e_self
+                         : larger(own_error(p, n, q->radius, q->height, moved), error_below(p, q, n));
+    assert(!n->owner || paper || (double)spc_len_decode(n->e_self) >= q->height);
+    (void)paper;
+}
+
+/* Family of the tops of a kind, or PACK_NONE: the first. */
+static uint32_t tops_of(const struct pack *p, int kind)
+{
+    const struct pack_kind *s = &p->kind[kind];
+    return s->family_count > 0 && s->families[0].parent == PACK_OWNER ? 0 : PACK_NONE;
 }
 
 static void declare_owner(struct pack *p)
@@ -184,23 +182,24 @@ static void declare_owner(struct pack *p)
     p->owner_radius = (double)spc_len_decode(spb_length_code(n->radius + p->owner_shift));
     const double height = smaller_of(p->owner_radius,
                                (n->height + p->owner_shift + p->owner_radius / 16) * OUTWARD);
-    p->owner_e = own_error(p, n, p->owner_radius, height, p->owner_shift);
-    for (uint32_t k = 0; k < n->child_count; k++)
-        p->owner_e = larger(p->owner_e,
-                            spb_length_code((double)spc_len_decode(p->nodes[k].e_self)));
+    p->tops_e = 0;
+    for (int kind = 0; kind < 2; kind++)
+        p->tops_e = family_error(p, (enum spc_block_kind)kind, tops_of(p, kind), p->tops_e);
+    p->owner_e = larger(own_error(p, n, p->owner_radius, height, p->owner_shift),
+                        spb_length_code((double)spc_len_decode(p->tops_e)));
 }
 
 static void measure_box(struct pack *p)
 {
     double square = 0;
     for (int a = 0; a < 3; a++) {
-        p->box[a] = HUGE_VALF;
-        p->box[a + 3] = -HUGE_VALF;
-        for (uint32_t i = 0; i < p->node_count; i++) {
-            const double at = p->nodes[i].center[a] - p->origin[a];
-            p->box[a] = fminf(p->box[a], float_below(at - p->nodes[i].radius));
-            p->box[a + 3] = fmaxf(p->box[a + 3], float_above(at + p->nodes[i].radius));
+        double min = p->leaves.min[a], max = p->leaves.max[a];
+        for (uint32_t i = 0; i < p->kind[SPC_BLOCK_INNER].count; i++) {
+            min = smaller_of(min, p->inner[i].at[a] - p->inner[i].radius);
+            max = larger_of(max, p->inner[i].at[a] + p->inner[i].radius);
         }
+        p->box[a] = float_below(min);
+        p->box[a + 3] = float_above(max);
         const double side = (double)p->box[a + 3] - (double)p->box[a];
         square += side * side;
     }
@@ -208,47 +207,89 @@ static void measure_box(struct pack *p)
     assert(p->diagonal <= DIAGONAL_MAX);
 }
 
-/* L of I4: distance to the parent's centre, its radius beyond the node's, and float32's share. */
-static double link_of(const struct pack *p, const struct pack_node *q)
+/* ---- links ------------------------------------------------------------------------------------- */
+
+struct above {                      /* what links of a family lead to */
+    double at[3];
+    double shift, radius, slack;
+};
+
+/* False: the root, without a link. */
+static bool look_above(const struct pack *p, uint32_t parent, struct above *out)
 {
-    double distance, radius, diagonals = p->diagonal;
-    if (q->parent != PACK_OWNER) {
-        const struct pack_node *parent = &p->nodes[q->parent];
-        distance = vec_distance(q->center, parent->center);
-        radius = parent->radius;
-        diagonals += p->diagonal;
-    } else if (p->owner != NULL) {
-        distance = vec_distance(q->center, p->owner->center) + p->owner_shift;
-        radius = p->owner_radius;
-        diagonals += DIAGONAL_MAX;
-    } else {
-        return 0;
+    if (parent != PACK_OWNER) {
+        const struct pack_inner *q = &p->inner[parent];
+        *out = (struct above){{q->at[0], q->at[1], q->at[2]}, 0, q->radius,
+                              (p->diagonal + p->diagonal) * 0x1p-21};
+        return true;
     }
-    return (distance + larger_of(0, radius - q->radius) + diagonals * 0x1p-21) * LINK_OUTWARD;
+    if (p->owner == NULL)
+        return false;
+    vec_sub(p->owner->center, p->origin, out->at);
+    out->shift = p->owner_shift;
+    out->radius = p->owner_radius;
+    out->slack = (p->diagonal + DIAGONAL_MAX) * 0x1p-21;
+    return true;
 }
 
-void pack_quantise(struct pack *p)
+/* L of I4: distance to the parent's centre, its radius beyond the node's, and float32's share. */
+static double link_of(const struct above *above, const double at[3], double radius)
+{
+    const double distance = vec_distance(at, above->at) + above->shift;
+    return (distance + larger_of(0, above->radius - radius) + above->slack) * LINK_OUTWARD;
+}
+
+static uint16_t parent_error(const struct pack *p, uint32_t parent)
+{
+    return parent == PACK_OWNER ? p->owner_e : p->inner[parent].e_self;
+}
+
+static void link_inner(struct pack *p)
+{
+    struct pack_kind *s = &p->kind[SPC_BLOCK_INNER];
+    for (uint32_t f = 0; f < s->family_count; f++) {
+        struct pack_family *family = &s->families[f];
+        struct above above;
+        const bool linked = look_above(p, family->parent, &above);
+        family->e_parent = parent_error(p, family->parent);
+        for (uint32_t i = family->first; i < family->first + family->count; i++)
+            p->inner[i].link = linked ? link_of(&above, p->inner[i].at, p->inner[i].radius) : 0;
+    }
+}
+
+static void link_leaves(struct pack *p)
+{
+    struct pack_kind *s = &p->kind[SPC_BLOCK_LEAF];
+    const struct pack_leaves *l = &p->leaves;
+    const double step = times_exp2(1, l->step_exp);
+    for (uint32_t f = 0; f < s->family_count; f++) {
+        struct pack_family *family = &s->families[f];
+        struct above above;
+        const bool linked = look_above(p, family->parent, &above);
+        family->e_parent = parent_error(p, family->parent);
+        family->link = 0;
+        for (uint32_t i = family->first; linked && i < family->first + family->count; i++) {
+            const double at[3] = {l->at[0][i] * step, l->at[1][i] * step, l->at[2][i] * step};
+            const double link = link_of(&above, at, (double)spc_len_decode(l->radius[i]));
+            family->link = larger_of(family->link, link);
+        }
+    }
+}
+
+enum spc_status pack_quantise(struct pack *p, struct spc_error *err)
 {
     const struct lattice l = choose_lattice(p);
-    const bool paper = (p->shared->options.flags & SPC_FLAG_ERROR_PAPER) != 0;
-    for (uint32_t i = p->node_count; i-- > 0;) {
-        struct pack_node *q = &p->nodes[i];
-        const struct spb_node *n = &p->tree->nodes[q->node];
-        if (q->leaf) {
-            quantise_leaf(p, q, l.finest);
-            continue;
-        }
-        const double moved = quantise_pill(q, n, &l);
-        q->e_self = n->owner ? n->e_self
-                             : larger(own_error(p, n, q->radius, q->height, moved),
-                                      error_below(p, q, n));
-        assert(!n->owner || paper || (double)spc_len_decode(n->e_self) >= q->height);
-    }
+    set_frame(p);
+    const enum spc_status status = pack_leaves(p, l.finest, err);
+    if (status != SPC_OK)
+        return status;
+    if (tops_of(p, SPC_BLOCK_INNER) == PACK_NONE)
+        p->kind[SPC_BLOCK_LEAF].families[0].group = p->shared->axis_of[p->leaves.normal[0]];
+    for (uint32_t i = p->kind[SPC_BLOCK_INNER].count; i-- > 0;)
+        quantise_inner(p, &p->inner[i], &l);
     declare_owner(p);
     measure_box(p);
-    for (uint32_t i = 0; i < p->node_count; i++) {
-        struct pack_node *q = &p->nodes[i];
-        q->e_parent = q->parent == PACK_OWNER ? p->owner_e : p->nodes[q->parent].e_self;
-        q->link = link_of(p, q);
-    }
+    link_inner(p);
+    link_leaves(p);
+    return SPC_OK;
 }
