@@ -220,23 +220,36 @@ static void list_leaves(const struct pack *p, const struct pack_block *b, uint32
     }
 }
 
+enum { AHEAD = 8 };                 /* leaves whose slots are asked for ahead; a power of two */
+
+/* Corners of leaf i of the block. */
+static inline void load_corners(const struct pack *p, const struct memory *m, uint32_t i,
+                                const struct set *set, struct corner c[3])
+{
+    const uint32_t leaf = m->leaves[i];
+    const uint64_t *key = p->leaves.wide ? m->keys[i] : p->leaves.key[leaf];
+    for (int k = 0; k < 3; k++) {
+        c[k].key = key[k];
+        c[k].rgba = p->leaves.rgba ? load_u32(p->leaves.rgba[leaf][k]) : UINT32_MAX;
+        c[k].hash = hash_of(c[k].key, c[k].rgba);
+        __builtin_prefetch(&set->slots[start_of(set, c[k].hash)]);
+    }
+}
+
 static void weld_all(const struct pack *p, const struct memory *m, uint32_t count, struct set *set)
 {
     struct edge_index index;
+    struct corner c[AHEAD][3];
     edge_index_init(&index, m->edges, 3 * count);
     memset(set->slots, 0, (set->mask + 1) * sizeof *set->slots);
+    for (uint32_t i = 0; i < AHEAD && i < count; i++)
+        load_corners(p, m, i, set, c[i]);
     for (uint32_t i = 0; i < count; i++) {
-        const uint32_t leaf = m->leaves[i];
-        const uint64_t *key = p->leaves.wide ? m->keys[i] : p->leaves.key[leaf];
-        struct corner c[3];
-        for (int k = 0; k < 3; k++) {
-            c[k].key = key[k];
-            c[k].rgba = p->leaves.rgba ? load_u32(p->leaves.rgba[leaf][k]) : UINT32_MAX;
-            c[k].hash = hash_of(c[k].key, c[k].rgba);
-        }
         if (set->count + 3 > set->mask / 2)
             grow(set);
-        weld_triangle(set, &index, c, leaf, m->indices + 3 * (size_t)i);
+        weld_triangle(set, &index, c[i % AHEAD], m->leaves[i], m->indices + 3 * (size_t)i);
+        if (i + AHEAD < count)
+            load_corners(p, m, i + AHEAD, set, c[i % AHEAD]);
     }
 }
 
