@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 #include <zstd.h>
+#include <zstd_errors.h>
 
 enum { PLANE_ZSTD = 0, PLANE_PLAIN = 1, PLANE_CONSTANT = 2 };
 
@@ -51,6 +52,10 @@ static void put_plane(struct planes_writer *w, const uint8_t *plane, uint32_t n)
             out[0] = plane[0];
     } else if (n > 0) {
         size = ZSTD_compressCCtx(w->zstd, out, room, plane, n, w->level);
+        if (ZSTD_isError(size) && ZSTD_getErrorCode(size) != ZSTD_error_dstSize_tooSmall) {
+            w->status = SPC_NO_MEMORY;  /* stored plain, bytes would depend on the machine */
+            return;
+        }
         if (ZSTD_isError(size) || size >= n) {
             mode = PLANE_PLAIN;
             size = n;
@@ -91,6 +96,8 @@ enum spc_status planes_finish(struct planes_writer *w, size_t *bytes, struct spc
     ZSTD_freeCCtx(w->zstd);
     free(w->scratch);
     *bytes = w->used;
+    if (w->status == SPC_NO_MEMORY)
+        return spc_fail(err, w->status, SPC_NO_OFF, "no memory to compress a block");
     if (w->status != SPC_OK)
         return spc_fail(err, w->status, SPC_NO_OFF, "a block does not fit its planes");
     return SPC_OK;
