@@ -14,22 +14,50 @@ struct spb_tmpfile {
     atomic_uint_fast64_t end;
 };
 
+static int open_in(const char *path, int flags)
+{
+    int fd;
+    do
+        fd = open(path, flags | O_RDWR | O_CLOEXEC, 0600);
+    while (fd < 0 && errno == EINTR);
+    return fd;
+}
+
+/*
+ * Without O_TMPFILE: one name for all runs of a user, for a moment. Nobody opens it a second time,
+ * so whoever finds it taken removes it, whether its run is about to do that or was killed.
+ */
+static int open_named(const char *folder)
+{
+    const size_t max = strlen(folder) + 40;
+    char *name = malloc(max);
+    int fd = -1;
+    if (name == NULL)
+        return -1;
+    snprintf(name, max, "%s/.spc-build-%lu", folder, (unsigned long)geteuid());
+    for (int attempt = 0; attempt < 100 && fd < 0; attempt++) {
+        fd = open_in(name, O_CREAT | O_EXCL);
+        if (fd < 0 && (errno != EEXIST || (unlink(name) != 0 && errno != ENOENT)))
+            break;
+    }
+    if (fd >= 0 && unlink(name) != 0 && errno != ENOENT) {
+        const int os_errno = errno;
+        close(fd);
+        errno = os_errno;
+        fd = -1;
+    }
+    free(name);
+    return fd;
+}
+
 static int open_unnamed(const char *folder)
 {
 #ifdef O_TMPFILE
-    const int fd = open(folder, O_TMPFILE | O_RDWR | O_EXCL | O_CLOEXEC, 0600);
-    if (fd >= 0 || (errno != EOPNOTSUPP && errno != EISDIR && errno != EINVAL))
+    const int fd = open_in(folder, O_TMPFILE | O_EXCL);
+    if (fd >= 0)
         return fd;
 #endif
-    char *name = malloc(strlen(folder) + 32);
-    if (name == NULL)
-        return -1;
-    sprintf(name, "%s/.spc-build-XXXXXX", folder);
-    const int named = mkstemp(name);
-    if (named >= 0)
-        unlink(name);
-    free(name);
-    return named;
+    return open_named(folder);
 }
 
 enum spc_status spb_tmpfile_create(struct spb_temp *temp, struct spb_tmpfile **out,
@@ -48,6 +76,18 @@ enum spc_status spb_tmpfile_create(struct spb_temp *temp, struct spb_tmpfile **o
     }
     *out = file;
     return SPC_OK;
+}
+
+/* A long path keeps its end: the message must have room for the cause. */
+static enum spc_status fail_file(struct spb_tmpfile *file, int os_errno, const char *verb,
+                                 struct spc_error *err)
+{
+    enum { SHOWN = 100 };
+    const char *folder = file->temp->folder;
+    const size_t n = strlen(folder);
+    atomic_store(&file->temp->failed, true);
+    return spc_fail_os(err, os_errno, "cannot %s a temporary file in '%s%s'", verb,
+                       n > SHOWN ? "..." : "", n > SHOWN ? folder + n - SHOWN : folder);
 }
 
 void spb_tmpfile_free(struct spb_tmpfile *file)
@@ -87,8 +127,7 @@ enum spc_status spb_tmpfile_append_parts(struct spb_tmpfile *file, struct iovec 
         if (done < 0 && errno == EINTR)
             continue;
         if (done <= 0)
-            return spc_fail_os(err, done < 0 ? errno : ENOSPC,
-                               "cannot write a temporary file in '%.100s'", file->temp->folder);
+            return fail_file(file, done < 0 ? errno : ENOSPC, "write", err);
         at += (uint64_t)done;
         advance(&parts, &count, (size_t)done);
     }
@@ -112,10 +151,9 @@ enum spc_status spb_tmpfile_read(struct spb_tmpfile *file, uint64_t off, void *b
         if (done < 0 && errno == EINTR)
             continue;
         if (done < 0)
-            return spc_fail_os(err, errno, "cannot read a temporary file in '%.100s'",
-                               file->temp->folder);
+            return fail_file(file, errno, "read", err);
         if (done == 0)
-            return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "the temporary file is too short");
+            return fail_file(file, EIO, "read", err);
         p += done;
         off += (uint64_t)done;
         n -= (size_t)done;

@@ -15,6 +15,7 @@
 struct spb_temp {                   /* where they are, and what they cost; {folder} and zeros */
     const char *folder;
     atomic_uint_fast64_t written, read;         /* bytes, of all files */
+    atomic_bool failed;             /* an error was that of one of them */
 };
 
 struct spb_tmpfile;
