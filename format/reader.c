@@ -81,7 +81,10 @@ enum spc_status spc_map_file(const char *path, const uint8_t **bytes, uint64_t *
 {
     struct stat st;
     enum spc_status status = SPC_OK;
-    const int fd = open(path, O_RDONLY | O_CLOEXEC);
+    int fd;
+    do
+        fd = open(path, O_RDONLY | O_CLOEXEC);
+    while (fd < 0 && errno == EINTR);
     if (fd < 0)
         return spc_fail_os(err, errno, "cannot open");
     if (fstat(fd, &st) != 0) {

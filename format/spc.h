@@ -459,12 +459,19 @@ enum spc_status spc_writer_cluster(struct spc_writer *writer, uint32_t id,
                                    const void *const *stored, struct spc_error *err);
 
 /*
- * Writes the head, syncs file and folder and gives the file its name; meta[meta_bytes].
+ * Writes the head and syncs the file, which has no name yet; meta[meta_bytes].
  * out    header->file_bytes, head_bytes, id
+ * fails  SPC_IO, SPC_INTERNAL
+ */
+enum spc_status spc_writer_seal(struct spc_writer *writer, struct spc_header *header,
+                                const char *meta, struct spc_error *err);
+
+/*
+ * Gives the sealed file its name and syncs the folder. An old target is back when that fails,
+ * where the file system can exchange two names.
  * fails  SPC_IO, SPC_EXISTS (the target appeared meanwhile), SPC_BUSY, SPC_INTERNAL
  */
-enum spc_status spc_writer_finish(struct spc_writer *writer, struct spc_header *header,
-                                  const char *meta, struct spc_error *err);
+enum spc_status spc_writer_finish(struct spc_writer *writer, struct spc_error *err);
 
 /* Frees the writer. Without a successful finish nothing is left under the target's name. */
 void spc_writer_close(struct spc_writer *writer);

@@ -2,11 +2,14 @@
  * writer.c - writes an archive: chunks as they come, the head last, the name when all is safe.
  *
  * The file is unnamed (O_TMPFILE) until it is complete and synced; then it is linked to its name,
- * or, with force, linked to path.part and renamed over the old one. Where the file system has no
- * unnamed files it is written as path.part under a lock. A path.part that nobody has locked is
- * stale, left by a run that was killed: the next run removes it.
+ * or, with force, linked to path.part and exchanged with the old one, which stays path.part until
+ * the folder is synced too. Where the file system has no unnamed files it is written as path.part
+ * under a lock. A path.part that nobody has locked is stale, left by a run that was killed: the
+ * next run removes it.
+ *
+ * Calls that a signal interrupts begin anew: whether to end is asked elsewhere, by the build.
  */
-#define _GNU_SOURCE                 /* O_TMPFILE */
+#define _GNU_SOURCE                 /* O_TMPFILE, renameat2, sync_file_range */
 #include "format_int.h"
 
 #include "bytes.h"
@@ -15,6 +18,7 @@
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <time.h>
@@ -23,17 +27,47 @@
 
 struct spc_writer {
     int fd, dir_fd;
-    bool force, unnamed;
+    int old_fd;                     /* the old target, locked while its name is path.part; or -1 */
+    bool force, unnamed, sealed;
     bool part_linked;               /* path.part is ours to remove */
+    bool renamed;                   /* over an old target: cannot be taken back */
     char *path, *name, *part_name;  /* name and part_name: inside dir_fd */
     struct spc_header header;       /* as announced at begin */
     size_t meta_bytes;
     uint64_t at;                    /* next chunk */
+    uint64_t flushed;               /* bytes before it are on their way to the disk */
     uint32_t block_next;
     uint8_t *clusters, *blocks;     /* encoded records */
     uint8_t *chunk;
     size_t chunk_max;
 };
+
+static int open_in(int dir_fd, const char *name, int flags)
+{
+    int fd;
+    do
+        fd = openat(dir_fd, name, flags | O_CLOEXEC, 0666);
+    while (fd < 0 && errno == EINTR);
+    return fd;
+}
+
+static int lock(int fd)
+{
+    int result;
+    do
+        result = flock(fd, LOCK_EX | LOCK_NB);
+    while (result != 0 && errno == EINTR);
+    return result;
+}
+
+static int sync_file(int fd)
+{
+    int result;
+    do
+        result = fsync(fd);
+    while (result != 0 && errno == EINTR);
+    return result;
+}
 
 static enum spc_status write_at(int fd, const uint8_t *bytes, size_t n, uint64_t off,
                                 struct spc_error *err)
@@ -65,7 +99,7 @@ static enum spc_status split_path(struct spc_writer *w, struct spc_error *err)
         status = spc_fail(err, SPC_IO, SPC_NO_OFF, "the target names a folder");
     } else {
         sprintf(w->part_name, "%s.part", w->name);
-        w->dir_fd = open(dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        w->dir_fd = open_in(AT_FDCWD, dir, O_RDONLY | O_DIRECTORY);
         if (w->dir_fd < 0)
             status = spc_fail_os(err, errno, "cannot open the target's folder");
     }
@@ -76,12 +110,14 @@ static enum spc_status split_path(struct spc_writer *w, struct spc_error *err)
 /* Removes path.part when nobody holds its lock. */
 static enum spc_status remove_stale_part(struct spc_writer *w, struct spc_error *err)
 {
-    const int fd = openat(w->dir_fd, w->part_name, O_RDWR | O_CLOEXEC | O_NOFOLLOW);
+    const int fd = open_in(w->dir_fd, w->part_name, O_RDWR | O_NOFOLLOW);
     if (fd < 0)
         return SPC_OK;              /* none, or not ours to touch: creating will tell */
     enum spc_status status = SPC_OK;
-    if (flock(fd, LOCK_EX | LOCK_NB) != 0)
-        status = spc_fail(err, SPC_BUSY, SPC_NO_OFF, "another run is writing '%s'", w->part_name);
+    if (lock(fd) != 0)
+        status = errno == EWOULDBLOCK
+            ? spc_fail(err, SPC_BUSY, SPC_NO_OFF, "another run is writing '%s'", w->part_name)
+            : spc_fail_os(err, errno, "cannot lock '%s'", w->part_name);
     else if (unlinkat(w->dir_fd, w->part_name, 0) != 0 && errno != ENOENT)
         status = spc_fail_os(err, errno, "cannot remove the stale '%s'", w->part_name);
     close(fd);
@@ -103,12 +139,17 @@ static enum spc_status create_part(struct spc_writer *w, struct spc_error *err)
         const enum spc_status status = remove_stale_part(w, err);
         if (status != SPC_OK)
             return status;
-        w->fd = openat(w->dir_fd, w->part_name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        w->fd = open_in(w->dir_fd, w->part_name, O_RDWR | O_CREAT | O_EXCL);
         if (w->fd < 0 && errno == EEXIST)
             continue;
         if (w->fd < 0)
             return spc_fail_os(err, errno, "cannot create the archive");
-        if (flock(w->fd, LOCK_EX | LOCK_NB) == 0 && name_is_ours(w)) {
+        const bool locked = lock(w->fd) == 0;
+        if (!locked && errno != EWOULDBLOCK) {
+            w->part_linked = true;
+            return spc_fail_os(err, errno, "cannot lock '%s'", w->part_name);
+        }
+        if (locked && name_is_ours(w)) {
             w->part_linked = true;
             return SPC_OK;
         }
@@ -116,6 +157,25 @@ static enum spc_status create_part(struct spc_writer *w, struct spc_error *err)
         w->fd = -1;
     }
     return spc_fail(err, SPC_BUSY, SPC_NO_OFF, "another run is writing '%s'", w->part_name);
+}
+
+static void path_of_fd(const struct spc_writer *w, char path[64])
+{
+    snprintf(path, 64, "/proc/self/fd/%d", w->fd);
+}
+
+/* An unnamed file that can be named later, which takes /proc; -1: there are none here. */
+static int open_unnamed(struct spc_writer *w)
+{
+#ifdef O_TMPFILE
+    char path[64];
+    w->fd = open_in(w->dir_fd, ".", O_TMPFILE | O_RDWR);
+    path_of_fd(w, path);
+    if (w->fd < 0 || access(path, F_OK) == 0)
+        return w->fd;
+    close(w->fd);
+#endif
+    return -1;
 }
 
 static enum spc_status create_file(struct spc_writer *w, struct spc_error *err)
@@ -131,16 +191,12 @@ static enum spc_status create_file(struct spc_writer *w, struct spc_error *err)
     } else if (!w->force && fstatat(w->dir_fd, w->name, &st, AT_SYMLINK_NOFOLLOW) == 0) {
         return spc_fail(err, SPC_EXISTS, SPC_NO_OFF, "the target is a link that leads nowhere");
     }
-#ifdef O_TMPFILE
-    w->fd = openat(w->dir_fd, ".", O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
+    w->fd = open_unnamed(w);
     if (w->fd >= 0) {
         w->unnamed = true;
         (void)remove_stale_part(w, NULL);
         return SPC_OK;
     }
-    if (errno != EOPNOTSUPP && errno != EISDIR && errno != ENOENT && errno != EINVAL)
-        return spc_fail_os(err, errno, "cannot create the archive");
-#endif
     return create_part(w, err);
 }
 
@@ -151,7 +207,7 @@ enum spc_status spc_writer_create(const char *path, bool force, struct spc_write
     struct spc_writer *w = calloc(1, sizeof *w);
     if (w == NULL)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to write an archive");
-    w->fd = w->dir_fd = -1;
+    w->fd = w->dir_fd = w->old_fd = -1;
     w->force = force;
     w->path = strdup(path);
     enum spc_status status = SPC_OK;
@@ -204,6 +260,27 @@ enum spc_status spc_writer_begin(struct spc_writer *w, const struct spc_header *
     return SPC_OK;
 }
 
+/*
+ * Sends what was written to the disk as it comes, so that no more than two steps of it are left for
+ * the sync at the end, which no signal can cut short. The call tells an error only once: it counts.
+ */
+static enum spc_status flush_step(struct spc_writer *w, struct spc_error *err)
+{
+    const uint64_t step = (uint64_t)8 << 20;
+    if (w->at - w->flushed < step)
+        return SPC_OK;
+    const uint64_t before = w->flushed < step ? w->flushed : step;
+    if ((before > 0 && sync_file_range(w->fd, (off64_t)(w->flushed - before), (off64_t)before,
+                                       SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE |
+                                           SYNC_FILE_RANGE_WAIT_AFTER) != 0) ||
+        sync_file_range(w->fd, (off64_t)w->flushed, (off64_t)(w->at - w->flushed),
+                        SYNC_FILE_RANGE_WRITE) != 0)
+        if (errno == EIO || errno == ENOSPC || errno == EDQUOT)
+            return spc_fail_os(err, errno, "cannot write the archive to the disk");
+    w->flushed = w->at;
+    return SPC_OK;
+}
+
 enum spc_status spc_writer_cluster(struct spc_writer *w, uint32_t id, struct spc_cluster *c,
                                    struct spc_block *blocks, const void *const *stored,
                                    struct spc_error *err)
@@ -242,7 +319,7 @@ enum spc_status spc_writer_cluster(struct spc_writer *w, uint32_t id, struct spc
     }
     c->data_bytes = w->at - c->data_off;
     spc_cluster_encode(c, w->clusters + (size_t)CL_SIZE * id);
-    return SPC_OK;
+    return flush_step(w, err);
 }
 
 static void encode_axes(uint32_t count, uint8_t *out)
@@ -288,7 +365,7 @@ static enum spc_status write_head(struct spc_writer *w, struct spc_header *h, co
 /* Gives the unnamed file the name path.part, clearing away a stale one. */
 static enum spc_status link_part(struct spc_writer *w, const char *fd_path, struct spc_error *err)
 {
-    if (flock(w->fd, LOCK_EX | LOCK_NB) != 0)
+    if (lock(w->fd) != 0)
         return spc_fail_os(err, errno, "cannot lock the archive");
     for (int attempt = 0; attempt < 100; attempt++) {
         if (linkat(AT_FDCWD, fd_path, w->dir_fd, w->part_name, AT_SYMLINK_FOLLOW) == 0) {
@@ -303,37 +380,53 @@ static enum spc_status link_part(struct spc_writer *w, const char *fd_path, stru
     return spc_fail(err, SPC_BUSY, SPC_NO_OFF, "another run is writing '%s'", w->part_name);
 }
 
-static enum spc_status name_file(struct spc_writer *w, struct spc_error *err)
+static int exchange(const struct spc_writer *w)
 {
-    char fd_path[64];
-    enum spc_status status = SPC_OK;
-    snprintf(fd_path, sizeof fd_path, "/proc/self/fd/%d", w->fd);
-    if (w->unnamed && !w->force) {
-        if (linkat(AT_FDCWD, fd_path, w->dir_fd, w->name, AT_SYMLINK_FOLLOW) != 0)
-            return errno == EEXIST
-                ? spc_fail(err, SPC_EXISTS, SPC_NO_OFF, "the target appeared in the meantime")
-                : spc_fail_os(err, errno, "cannot name the archive");
+    return renameat2(w->dir_fd, w->part_name, w->dir_fd, w->name, RENAME_EXCHANGE);
+}
+
+/* path.part gets the target's name, and an old target, locked, that of path.part. */
+static enum spc_status replace(struct spc_writer *w, struct spc_error *err)
+{
+    struct stat st;
+    w->old_fd = open_in(w->dir_fd, w->name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY);
+    if (w->old_fd >= 0 && fstat(w->old_fd, &st) == 0 && S_ISREG(st.st_mode) &&
+        lock(w->old_fd) == 0 && exchange(w) == 0)
         return SPC_OK;
-    }
-    if (w->unnamed)
-        status = link_part(w, fd_path, err);
-    if (status != SPC_OK)
-        return status;
-    if (!w->force) {                /* a rename would replace: link fails when the name is taken */
-        if (linkat(w->dir_fd, w->part_name, w->dir_fd, w->name, 0) != 0)
-            return errno == EEXIST
-                ? spc_fail(err, SPC_EXISTS, SPC_NO_OFF, "the target appeared in the meantime")
-                : spc_fail_os(err, errno, "cannot name the archive");
-        return SPC_OK;              /* close removes path.part */
-    }
+    w->renamed = fstatat(w->dir_fd, w->name, &st, AT_SYMLINK_NOFOLLOW) == 0 || errno != ENOENT;
     if (renameat(w->dir_fd, w->part_name, w->dir_fd, w->name) != 0)
         return spc_fail_os(err, errno, "cannot name the archive");
     w->part_linked = false;
     return SPC_OK;
 }
 
-enum spc_status spc_writer_finish(struct spc_writer *w, struct spc_header *header,
-                                  const char *meta, struct spc_error *err)
+static enum spc_status name_file(struct spc_writer *w, struct spc_error *err)
+{
+    char fd_path[64];
+    path_of_fd(w, fd_path);
+    if (w->force) {
+        const enum spc_status status = w->unnamed ? link_part(w, fd_path, err) : SPC_OK;
+        return status == SPC_OK ? replace(w, err) : status;
+    }
+    /* A rename would replace; a link fails when the name is taken. Close removes path.part. */
+    if ((w->unnamed ? linkat(AT_FDCWD, fd_path, w->dir_fd, w->name, AT_SYMLINK_FOLLOW)
+                    : linkat(w->dir_fd, w->part_name, w->dir_fd, w->name, 0)) == 0)
+        return SPC_OK;
+    return errno == EEXIST ? spc_fail(err, SPC_EXISTS, SPC_NO_OFF, "the target appeared in the meantime")
+                           : spc_fail_os(err, errno, "cannot name the archive");
+}
+
+/* Takes back what name_file did: the old target, or none. */
+static void unname_file(struct spc_writer *w)
+{
+    if (w->force && w->part_linked)
+        (void)exchange(w);
+    else if (!w->renamed)
+        unlinkat(w->dir_fd, w->name, 0);
+}
+
+enum spc_status spc_writer_seal(struct spc_writer *w, struct spc_header *header, const char *meta,
+                                struct spc_error *err)
 {
     if (header->cluster_count != w->header.cluster_count ||
         header->block_count != w->block_next ||
@@ -342,12 +435,21 @@ enum spc_status spc_writer_finish(struct spc_writer *w, struct spc_header *heade
         header->vertex_exp != w->header.vertex_exp)
         return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "the archive is not what was announced");
     enum spc_status status = write_head(w, header, meta, err);
-    if (status == SPC_OK && fsync(w->fd) != 0)
+    if (status == SPC_OK && sync_file(w->fd) != 0)
         status = spc_fail_os(err, errno, "cannot write the archive to the disk");
-    if (status == SPC_OK)
-        status = name_file(w, err);
-    if (status == SPC_OK && fsync(w->dir_fd) != 0 && errno != EINVAL)
+    w->sealed = status == SPC_OK;
+    return status;
+}
+
+enum spc_status spc_writer_finish(struct spc_writer *w, struct spc_error *err)
+{
+    if (!w->sealed)
+        return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "the archive is not complete");
+    enum spc_status status = name_file(w, err);
+    if (status == SPC_OK && sync_file(w->dir_fd) != 0 && errno != EINVAL) {
         status = spc_fail_os(err, errno, "cannot write the target's folder to the disk");
+        unname_file(w);
+    }
     return status;
 }
 
@@ -357,6 +459,8 @@ void spc_writer_close(struct spc_writer *w)
         return;
     if (w->part_linked)
         unlinkat(w->dir_fd, w->part_name, 0);
+    if (w->old_fd >= 0)
+        close(w->old_fd);
     if (w->fd >= 0)
         close(w->fd);
     if (w->dir_fd >= 0)

@@ -413,7 +413,11 @@ static enum spc_status write_archive(struct build *b, struct spc_error *err)
     if (status == SPC_OK)
         status = spb_spool_write(b->spool, b->root, b->writer, &b->progress, err);
     if (status == SPC_OK)
-        status = spc_writer_finish(b->writer, h, meta, err);
+        status = spc_writer_seal(b->writer, h, meta, err);
+    if (status == SPC_OK && spb_progress_tell(&b->progress, "write archive", 1, 1))
+        status = spc_fail(err, SPC_CANCELLED, SPC_NO_OFF, "cancelled");     /* the last moment */
+    if (status == SPC_OK)
+        status = spc_writer_finish(b->writer, err);
     free(meta);
     return status;
 }
@@ -509,7 +513,7 @@ enum spc_status spb_build(const struct spb_build_options *options, struct spb_bu
     if (status == SPC_OK)
         status = run_phases(&b, err);
     if (in_scan != NULL)
-        *in_scan = b.in_scan;
+        *in_scan = b.in_scan && !atomic_load(&b.temp.failed);
     release(&b);
     free(temp);
     return status;
