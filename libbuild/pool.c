@@ -4,22 +4,30 @@
  * libuv's pool is global and takes its size from the environment when it is first used. Jobs do
  * their own pread: a job that waited for a uv_fs_* request would wait for a thread of its own
  * pool. No more than threads jobs are queued at a time, so a pool that is larger does not matter.
+ *
+ * libuv ends the process when it cannot start a thread (a limit of processes, say). So as many as
+ * are wanted are started here first and ended; where not even one can be, the jobs run in line.
  */
 #include "pool.h"
 
+#include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <uv.h>
 
-enum { THREADS_MAX = 1024 };
+enum { TICK_MS = 100, THREADS_MAX = 1024 };
 
 struct pool {
     spb_job_fn job;
     spb_tick_fn tick;
     void *ctx;
     size_t count, next, done, failed_index;
-    bool stop;
+    unsigned running;               /* jobs that are queued or under way */
+    bool in_line;
+    atomic_bool stop;
     struct spc_error failed;
+    uv_timer_t timer;
 };
 
 struct work {
@@ -30,10 +38,43 @@ struct work {
     struct spc_error error;
 };
 
+static _Thread_local struct pool *current;  /* of the job under way on this thread */
+
+static void ask(struct pool *p)
+{
+    if (p->tick == NULL || p->tick(p->ctx, p->done) == 0 || p->failed.status != SPC_OK)
+        return;
+    spc_fail(&p->failed, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
+    p->failed_index = SIZE_MAX;
+    p->stop = true;
+}
+
+bool spb_pool_cancelled(void)
+{
+    struct pool *p = current;
+    if (p != NULL && p->in_line)
+        ask(p);
+    return p != NULL && p->stop;
+}
+
 static void run(uv_work_t *uv)
 {
     struct work *w = uv->data;
+    current = w->pool;
     w->status = w->pool->job(w->pool->ctx, w->index, &w->error);
+    current = NULL;
+}
+
+/* The first cause counts: jobs that end because of it are its echo. */
+static void take_status(struct pool *p, const struct work *w)
+{
+    if (w->status == SPC_OK || (p->failed.status != SPC_OK &&
+                                (w->index >= p->failed_index || w->status == SPC_CANCELLED)))
+        return;
+    p->failed = w->error;
+    p->failed.status = w->status;
+    p->failed_index = w->index;
+    p->stop = true;
 }
 
 static void finished(uv_work_t *uv, int uv_status)
@@ -42,40 +83,92 @@ static void finished(uv_work_t *uv, int uv_status)
     struct pool *p = w->pool;
     (void)uv_status;
     p->done++;
-    if (w->status != SPC_OK && (p->failed.status == SPC_OK || w->index < p->failed_index)) {
-        p->failed = w->error;
-        p->failed.status = w->status;
-        p->failed_index = w->index;
-        p->stop = true;
-    }
-    if (p->tick != NULL && p->tick(p->ctx, p->done) != 0 && p->failed.status == SPC_OK) {
-        spc_fail(&p->failed, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
-        p->failed_index = SIZE_MAX;
-        p->stop = true;
-    }
-    if (p->stop || p->next == p->count)
+    take_status(p, w);
+    ask(p);
+    if (p->stop || p->next == p->count) {
+        if (--p->running == 0)
+            uv_close((uv_handle_t *)&p->timer, NULL);
         return;
+    }
     w->index = p->next++;
     w->error = (struct spc_error){0};
     uv_queue_work(uv->loop, uv, run, finished);
 }
 
-static enum spc_status start_loop(uv_loop_t *loop, unsigned threads, struct spc_error *err)
+static void on_timer(uv_timer_t *timer)
 {
-    char size[16];
-    snprintf(size, sizeof size, "%u", threads);
-    setenv("UV_THREADPOOL_SIZE", size, 0);
-    return uv_loop_init(loop) == 0
-        ? SPC_OK
-        : spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to start threads");
+    ask(timer->data);
 }
 
-static enum spc_status hand_on(const struct spc_error *from, struct spc_error *err)
+static void *wait_for_lock(void *lock)
 {
-    struct spc_error copy = *from;
-    if (err != NULL)
-        *err = copy;
-    return copy.status;
+    pthread_mutex_lock(lock);
+    pthread_mutex_unlock(lock);
+    return NULL;
+}
+
+/* How many of so many threads the system lets us have at once. */
+static unsigned startable(unsigned threads)
+{
+    pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+    pthread_t *started = malloc(threads * sizeof *started);
+    unsigned n = 0;
+    pthread_mutex_lock(&lock);
+    while (started != NULL && n < threads && pthread_create(&started[n], NULL, wait_for_lock, &lock) == 0)
+        n++;
+    pthread_mutex_unlock(&lock);
+    for (unsigned i = 0; i < n; i++)
+        pthread_join(started[i], NULL);
+    free(started);
+    return n;
+}
+
+/* How many threads libuv's pool has or may have: it is started once, by whoever is first. */
+static unsigned pool_size(unsigned threads)
+{
+    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+    static unsigned started;        /* 0: not known yet, or not one */
+    char size[16];
+    if (threads < 1)
+        threads = 1;
+    if (threads > THREADS_MAX)
+        threads = THREADS_MAX;
+    pthread_mutex_lock(&lock);
+    if (started == 0) {
+        started = startable(threads);
+        snprintf(size, sizeof size, "%u", started);
+        setenv("UV_THREADPOOL_SIZE", size, 0);
+    }
+    threads = threads < started ? threads : started;
+    pthread_mutex_unlock(&lock);
+    return threads;
+}
+
+static void run_in_line(struct pool *p)
+{
+    p->in_line = true;
+    current = p;
+    for (size_t i = 0; i < p->count && !p->stop; i++) {
+        struct work w = {.index = i};
+        w.status = p->job(p->ctx, i, &w.error);
+        p->done++;
+        take_status(p, &w);
+        ask(p);
+    }
+    current = NULL;
+}
+
+static enum spc_status hand_on(const struct spc_error *failed, struct spc_error *err)
+{
+    const enum spc_status status = failed->status;
+    if (err != NULL && status != SPC_OK)
+        *err = *failed;
+    return status;
+}
+
+static enum spc_status no_memory(struct spc_error *err)
+{
+    return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to start threads");
 }
 
 enum spc_status spb_pool_run(size_t count, unsigned threads, spb_job_fn job, spb_tick_fn tick,
@@ -83,26 +176,32 @@ enum spc_status spb_pool_run(size_t count, unsigned threads, spb_job_fn job, spb
 {
     struct pool pool = {.job = job, .tick = tick, .ctx = ctx, .count = count};
     uv_loop_t loop;
-    if (threads < 1)
-        threads = 1;
-    if (threads > THREADS_MAX)
-        threads = THREADS_MAX;
-    enum spc_status status = start_loop(&loop, threads, err);
-    if (status != SPC_OK)
-        return status;
+    threads = pool_size(threads);
+    if (threads == 0) {
+        run_in_line(&pool);
+        return hand_on(&pool.failed, err);
+    }
     struct work *work = calloc(threads, sizeof *work);
-    if (work == NULL)
-        status = spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to start threads");
-    for (unsigned t = 0; work != NULL && t < threads && pool.next < count; t++) {
+    if (work == NULL || uv_loop_init(&loop) != 0) {
+        free(work);
+        return no_memory(err);
+    }
+    uv_timer_init(&loop, &pool.timer);
+    pool.timer.data = &pool;
+    uv_timer_start(&pool.timer, on_timer, TICK_MS, TICK_MS);
+    for (unsigned t = 0; t < threads && pool.next < count; t++) {
         work[t].pool = &pool;
         work[t].uv.data = &work[t];
         work[t].index = pool.next++;
+        pool.running++;
         uv_queue_work(&loop, &work[t].uv, run, finished);
     }
+    if (pool.running == 0)
+        uv_close((uv_handle_t *)&pool.timer, NULL);
     uv_run(&loop, UV_RUN_DEFAULT);
     uv_loop_close(&loop);
     free(work);
-    return status == SPC_OK ? hand_on(&pool.failed, err) : status;
+    return hand_on(&pool.failed, err);
 }
 
 /* ---- batches in order --------------------------------------------------------------------------- */
@@ -202,26 +301,25 @@ enum spc_status spb_pool_pipe(const struct spb_pipe *pipe, size_t slots, unsigne
                               struct spc_error *err)
 {
     uv_loop_t loop;
+    threads = threads > 1 ? pool_size(threads) : 1;
     if (threads <= 1)
         return pipe_alone(pipe, err);
-    enum spc_status status = start_loop(&loop, threads, err);
-    if (status != SPC_OK)
-        return status;
     struct line line = {.pipe = pipe, .loop = &loop, .slot_count = slots,
                         .slots = calloc(slots, sizeof *line.slots)};
-    if (line.slots == NULL)
-        status = spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to start threads");
-    for (size_t i = 0; line.slots != NULL && i < slots; i++) {
+    if (line.slots == NULL || uv_loop_init(&loop) != 0) {
+        free(line.slots);
+        return no_memory(err);
+    }
+    for (size_t i = 0; i < slots; i++) {
         line.slots[i].line = &line;
         line.slots[i].number = i;
         line.slots[i].uv.data = &line.slots[i];
     }
-    if (status == SPC_OK)
-        make_batches(&line);
+    make_batches(&line);
     uv_run(&loop, UV_RUN_DEFAULT);
     uv_loop_close(&loop);
     free(line.slots);
-    return status == SPC_OK ? hand_on(&line.failed, err) : status;
+    return hand_on(&line.failed, err);
 }
 
 unsigned spb_pool_cores(void)

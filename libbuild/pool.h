@@ -13,7 +13,8 @@
  * particular order. After a failure no new job starts. Returns the first failure by job number
  * among those that ran, so that the message does not depend on timing more than it must.
  *
- * tick (may be NULL) runs on the calling thread after each job; non-zero cancels.
+ * tick (may be NULL) runs on the calling thread after each job and every tenth of a second;
+ * non-zero cancels. Where no thread can be started the jobs run on the calling one.
  * fails  what a job failed with; SPC_CANCELLED; SPC_NO_MEMORY
  */
 typedef enum spc_status (*spb_job_fn)(void *ctx, size_t i, struct spc_error *err);
@@ -36,6 +37,9 @@ struct spb_pipe {
 };
 enum spc_status spb_pool_pipe(const struct spb_pipe *pipe, size_t slots, unsigned threads,
                               struct spc_error *err);
+
+/* Inside a job: true when it is to end soon, with SPC_CANCELLED. Long jobs ask now and then. */
+bool spb_pool_cancelled(void);
 
 /* Cores that this process may use. */
 unsigned spb_pool_cores(void);

@@ -1,5 +1,7 @@
 #include "top.h"
 
+#include "pool.h"
+
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
@@ -167,6 +169,8 @@ static enum spc_status make_nodes(const struct spb_pack_tree *pack, uint32_t cou
     enum spc_status status = SPC_OK;
     for (uint32_t end = count; end > 0 && status == SPC_OK;) {
         const uint32_t begin = end > WINDOW ? end - WINDOW : 0;
+        if (spb_pool_cancelled())
+            return spc_fail(err, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
         spb_leaves_make(shared->space, &shared->format, pack->records, &pack->nodes[begin],
                         end - begin);
         for (uint32_t i = end; i-- > begin && status == SPC_OK;)
