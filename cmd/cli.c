@@ -1,3 +1,4 @@
+#define _GNU_SOURCE                 /* MAP_ANONYMOUS, SIGXFSZ */
 #include "cli.h"
 
 #include <errno.h>
@@ -7,14 +8,43 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <time.h>
 #include <unistd.h>
 
 static const char *tool_name = "spc";
 
+/*
+ * A page of a mapped file that cannot be read (a failing disk, a file that was cut short) raises
+ * SIGBUS. It becomes zeros: checksums then find what is missing, and --recover goes on behind it.
+ */
+static volatile sig_atomic_t unreadable;
+
+static void on_unreadable(int number, siginfo_t *info, void *context)
+{
+    const uintptr_t page = (uintptr_t)sysconf(_SC_PAGESIZE);
+    void *at = (void *)((uintptr_t)info->si_addr / page * page);
+    const int saved = errno;
+    (void)context;
+    if (info->si_code != BUS_ADRERR ||
+        mmap(at, page, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0) == MAP_FAILED)
+        signal(number, SIG_DFL);    /* the access comes again, and ends the process */
+    unreadable = 1;
+    errno = saved;
+}
+
 void cli_init(const char *tool)
 {
+    struct sigaction action = {.sa_flags = SA_SIGINFO};
     tool_name = tool;
+    action.sa_sigaction = on_unreadable;
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGBUS, &action, NULL);
+}
+
+bool cli_unreadable(void)
+{
+    return unreadable != 0;
 }
 
 /* File names come from outside: what a terminal would act on is shown as '?'. */
@@ -38,12 +68,26 @@ static void put_head(const char *file)
 void cli_error(const char *file, const struct spc_error *err, const char *remedy)
 {
     put_head(file);
+    if (unreadable && err->status != SPC_IO && err->status != SPC_NO_MEMORY) {
+        fputs("part of it cannot be read: the disk fails, or it was cut short\n", stderr);
+        return;
+    }
     fputs(err->what[0] ? err->what : spc_status_text(err->status), stderr);
     if (err->at_off != SPC_NO_OFF && err->at_off != 0)
         fprintf(stderr, " (byte %llu)", (unsigned long long)err->at_off);
     if (remedy != NULL)
         fprintf(stderr, "; %s", remedy);
     fputc('\n', stderr);
+}
+
+const char *cli_disk_remedy(const struct spc_error *err, const char *full)
+{
+    switch (err->os_errno) {
+    case ENOSPC:
+    case EDQUOT: return full;
+    case EFBIG: return "files of that size are not allowed here, see 'ulimit -f'";
+    default: return NULL;
+    }
 }
 
 void cli_warn(const char *file, const char *fmt, ...)
@@ -195,10 +239,13 @@ static void on_signal(int number)
 
 void cli_catch_signals(void)
 {
-    struct sigaction action = {.sa_handler = on_signal};
+    static const int numbers[] = {SIGINT, SIGTERM, SIGHUP};
+    struct sigaction action = {.sa_handler = on_signal}, before;
     sigemptyset(&action.sa_mask);
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)   /* nohup and & have some ignored */
+        if (sigaction(numbers[i], NULL, &before) == 0 && before.sa_handler != SIG_IGN)
+            sigaction(numbers[i], &action, NULL);
+    signal(SIGXFSZ, SIG_IGN);       /* the write fails instead */
 }
 
 double cli_seconds(void)

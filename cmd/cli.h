@@ -10,11 +10,16 @@
 
 enum { EXIT_DONE = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, EXIT_INVALID = 3 };
 
-/* Name of the running tool, for messages; set first. */
+/* Name of the running tool, for messages; set first. Unreadable pages of mapped files become zeros. */
 void cli_init(const char *tool);
+
+/* True once a page was unreadable: nothing that was read can be called whole. */
+bool cli_unreadable(void);
 
 /* "tool: 'file': fault; remedy" on stderr. file and the remedy may be NULL. */
 void cli_error(const char *file, const struct spc_error *err, const char *remedy);
+/* What to do about a disk or file that can take no more, or NULL; full: about a full disk. */
+const char *cli_disk_remedy(const struct spc_error *err, const char *full);
 void cli_warn(const char *file, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
 
 /* "tool: text" and a hint at --help; returns EXIT_USAGE. */
@@ -55,7 +60,10 @@ void cli_progress_begin(enum cli_progress_mode mode, const char *file);
 int cli_progress(void *ctx, const char *phase, uint64_t done, uint64_t total);  /* spb_progress.fn */
 void cli_progress_end(void);        /* wipes the line */
 
-/* From now on SIGINT and SIGTERM make cli_progress return non-zero instead of ending the process. */
+/*
+ * From now on SIGINT, SIGTERM and SIGHUP make cli_progress return non-zero instead of ending the
+ * process, unless they are ignored already; a file over the limit of sizes is an error, no signal.
+ */
 void cli_catch_signals(void);
 
 /* Seconds of a clock that only goes forward. */

@@ -89,7 +89,7 @@ static char *make_meta(void *ctx, const struct spc_header *header, const char *f
     json_object_set_new(meta, "recovered",
                         json_pack("{s:I, s:o}", "triangles", (json_int_t)v->triangles, "of",
                                   known(v->triangles_of)));
-    return meta_text(meta);
+    return meta_text(meta, JSON_COMPACT);
 }
 
 /* ---- what was found ---------------------------------------------------------------------------- */
@@ -175,7 +175,8 @@ static json_t *lost_json(const struct spb_salvage *v)
     return list;
 }
 
-static void print_json(const struct recovery *r)
+/* False without memory. */
+static bool print_json(const struct recovery *r)
 {
     const struct spb_salvage *v = &r->report.salvage;
     json_t *out = json_pack(
@@ -188,9 +189,11 @@ static void print_json(const struct recovery *r)
         (json_int_t)r->report.header.leaf_count, "of", known(v->triangles_of), "lost_clusters",
         v->directory ? json_integer((json_int_t)v->lost_clusters) : json_null(), "lost",
         lost_json(v), "file_bytes", (json_int_t)r->report.header.file_bytes);
-    json_dumpf(out, stdout, JSON_INDENT(2));
-    putchar('\n');
-    json_decref(out);
+    char *text = meta_text(out, JSON_INDENT(2));
+    if (text != NULL)
+        puts(text);
+    free(text);
+    return text != NULL;
 }
 
 /* ---- all of it --------------------------------------------------------------------------------- */
@@ -198,7 +201,7 @@ static void print_json(const struct recovery *r)
 static int build_failed(const struct recovery *r, bool in_scan, const struct spc_error *err)
 {
     cli_error(in_scan ? r->path : r->build.out, err,
-              err->status == SPC_EXISTS ? "--force replaces it" : NULL);
+              err->status == SPC_EXISTS ? "--force replaces it" : cli_disk_remedy(err, "free some space there"));
     switch (err->status) {
     case SPC_INPUT_EMPTY:
     case SPC_INPUT_BAD:
@@ -206,6 +209,14 @@ static int build_failed(const struct recovery *r, bool in_scan, const struct spc
     case SPC_FEATURE: return EXIT_INVALID;
     default: return EXIT_FAILED;
     }
+}
+
+static int no_memory(const char *path, const char *what)
+{
+    struct spc_error err = {0};
+    spc_fail(&err, SPC_NO_MEMORY, SPC_NO_OFF, "%s", what);
+    cli_error(path, &err, NULL);
+    return EXIT_FAILED;
 }
 
 static int rebuild(struct recovery *r, bool json)
@@ -219,10 +230,12 @@ static int rebuild(struct recovery *r, bool json)
     cli_progress_end();
     if (status != SPC_OK)
         return build_failed(r, in_scan, &err);
-    if (json)
-        print_json(r);
-    else
+    if (!json)
         print_text(r);
+    else if (!print_json(r))
+        return no_memory(r->build.out, "the archive is complete, but no memory for the report");
+    if (cli_unreadable())
+        cli_warn(r->path, "part of it cannot be read: the disk fails, or it was cut short");
     return all_there(r) ? EXIT_DONE : EXIT_FAILED;
 }
 
@@ -244,7 +257,8 @@ int info_recover(const char *path, const char *out, bool force, bool json)
     r.build.progress = (struct spb_progress){cli_progress, NULL};
     r.build.meta = make_meta;
     r.build.meta_ctx = &r;
-    const int code = rebuild(&r, json);
+    /* Without memory for them metadata would be lost in silence. */
+    const int code = meta_no_memory() ? no_memory(path, "no memory for the metadata") : rebuild(&r, json);
     json_decref(r.meta);
     spc_remains_close(&r.remains);
     return cli_finish(code);

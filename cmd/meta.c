@@ -1,7 +1,28 @@
 #include "meta.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+
+static bool no_memory;
+
+static void *allocate(size_t bytes)
+{
+    void *p = malloc(bytes);
+    if (p == NULL)
+        no_memory = true;
+    return p;
+}
+
+void meta_init(void)
+{
+    json_set_alloc_funcs(allocate, free);
+}
+
+bool meta_no_memory(void)
+{
+    return no_memory;
+}
 
 static const char *base_name(const char *path)
 {
@@ -43,9 +64,12 @@ json_t *meta_new(const char *tool, const struct spb_build_options *b,
         (int)header->normal_clusters, "sources", sources);
 }
 
-char *meta_text(json_t *meta)
+char *meta_text(json_t *meta, size_t flags)
 {
-    char *text = meta ? json_dumps(meta, JSON_COMPACT) : NULL;
+    char *text = meta ? json_dumps(meta, flags) : NULL;
     json_decref(meta);
-    return text;
+    if (!no_memory)
+        return text;
+    free(text);
+    return NULL;
 }

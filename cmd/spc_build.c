@@ -4,8 +4,8 @@
 #include "meta.h"
 #include "usage.h"
 
-#include <errno.h>
 #include <getopt.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -160,7 +160,7 @@ static char *make_meta(void *ctx, const struct spc_header *header, const char *f
 {
     const struct spb_build_options *b = ctx;
     json_t *sources = json_pack("[o]", meta_source(b->scan, format, vertices, faces));
-    return meta_text(meta_new("spc-build", b, header, sources));
+    return meta_text(meta_new("spc-build", b, header, sources), JSON_COMPACT);
 }
 
 static void warn_dropped(const struct spb_build_options *b, const struct spb_build_report *r)
@@ -222,7 +222,8 @@ static json_t *phases_json(const struct spb_build_report *r)
     return out;
 }
 
-static void print_json(const struct spb_build_options *b, const struct spb_build_report *r,
+/* False without memory. */
+static bool print_json(const struct spb_build_options *b, const struct spb_build_report *r,
                        const struct usage *u)
 {
     const struct spc_header *h = &r->header;
@@ -242,9 +243,11 @@ static void print_json(const struct spb_build_options *b, const struct spb_build
         (json_int_t)r->temp_written, "temp_read_bytes", (json_int_t)r->temp_read, "parts",
         (int)r->parts, "phases", phases_json(r));
     json_object_update_new(out, spent);
-    json_dumpf(out, stdout, JSON_INDENT(2));
-    putchar('\n');
-    json_decref(out);
+    char *text = meta_text(out, JSON_INDENT(2));
+    if (text != NULL)
+        puts(text);
+    free(text);
+    return text != NULL;
 }
 
 static const char *remedy_for(const struct spc_error *err, bool in_scan, bool strict)
@@ -259,7 +262,7 @@ static const char *remedy_for(const struct spc_error *err, bool in_scan, bool st
     case SPC_CORRUPT:
     case SPC_CHECKSUM: return in_scan ? "'spc-info --recover' rebuilds an archive from what is whole of it" : NULL;
     case SPC_INPUT_BAD: return strict ? "without --strict they are dropped" : NULL;
-    case SPC_IO: return err->os_errno == ENOSPC ? "free some space, or use --temp" : NULL;
+    case SPC_IO: return cli_disk_remedy(err, "free some space there, or move temporary files with --temp");
     default: return NULL;
     }
 }
@@ -274,6 +277,7 @@ static int build_one(struct arguments *a)
     a->build.meta_ctx = &a->build;
     a->build.progress = (struct spb_progress){cli_progress, NULL};
     cli_catch_signals();
+    signal(SIGPIPE, SIG_IGN);       /* nobody reads the progress any more: no reason to stop */
     cli_progress_begin(a->progress, a->build.scan);
     const enum spc_status status = spb_build(&a->build, &report, &in_scan, &err);
     cli_progress_end();
@@ -283,8 +287,12 @@ static int build_one(struct arguments *a)
     }
     const struct usage usage = usage_since(began);
     warn_dropped(&a->build, &report);
-    if (a->json)
-        print_json(&a->build, &report, &usage);
+    if (a->json && !print_json(&a->build, &report, &usage)) {
+        cli_error(a->build.out, &(struct spc_error){.status = SPC_NO_MEMORY,
+                                                    .what = "the archive is complete, but no memory for the summary"},
+                  NULL);
+        return EXIT_FAILED;
+    }
     if (!a->quiet)
         print_summary(&a->build, &report, &usage);
     return cli_finish(EXIT_DONE);
@@ -295,6 +303,7 @@ int main(int argc, char **argv)
     struct arguments a = {.progress = CLI_PROGRESS_AUTO};
     int c;
     cli_init("spc-build");
+    meta_init();
     spb_build_defaults(&a.build);
     opterr = 0;
     while ((c = getopt_long(argc, argv, "o:qhV", LONG, NULL)) != -1) {

@@ -1,5 +1,6 @@
 /* spc-info: what is in an archive, and proof that it is whole. */
 #include "info.h"
+#include "meta.h"
 
 #include <getopt.h>
 #include <math.h>
@@ -181,7 +182,7 @@ static json_t *info_json(const struct spc_reader *r, const struct facts *f)
 static int fault(const char *path, const struct spc_error *err)
 {
     cli_error(path, err, NULL);
-    return err->status == SPC_IO || err->status == SPC_NO_MEMORY ? EXIT_FAILED : EXIT_INVALID;
+    return err->status == SPC_IO || err->status == SPC_NO_MEMORY || cli_unreadable() ? EXIT_FAILED : EXIT_INVALID;
 }
 
 /* ---- verification ---------------------------------------------------------------------------------- */
@@ -227,7 +228,7 @@ static int verify(const char *path, const struct spc_reader *reader, int level, 
         json_object_set_new(out, "verify",
                             json_pack("{s:i, s:b, s:o}", "level", level, "ok", status == SPC_OK,
                                       "invariants", findings.list));
-    if (status != SPC_OK)
+    if (status != SPC_OK || cli_unreadable())
         return fault(path, &err);
     if (out == NULL)
         printf("%s is whole (level %d)\n", path, level);
@@ -296,8 +297,10 @@ static int answer_json(const char *path, const struct spc_reader *reader, const 
         json_object_set_new(out, "bytes", info_bytes_json(reader, m->bytes));
     char *text = json_dumps(out, JSON_INDENT(2));
     json_decref(out);
-    if (text == NULL)
-        return fault(path, &(struct spc_error){.status = SPC_NO_MEMORY});
+    if (text == NULL || meta_no_memory()) {
+        free(text);
+        return code;                /* inspect tells */
+    }
     fwrite(text, 1, strlen(text) - strlen("\n}"), stdout);
     free(text);
     if (q->clusters)
@@ -345,8 +348,12 @@ static int inspect(const char *path, const struct request *q)
     struct spc_error err = {0};
     if (spc_reader_open(path, &reader, &err) != SPC_OK)
         return fault(path, &err);
-    const int code = answer(path, reader, q);
+    int code = answer(path, reader, q);
     spc_reader_close(reader);
+    if (code == EXIT_DONE && meta_no_memory())
+        code = fault(path, &(struct spc_error){.status = SPC_NO_MEMORY});
+    else if (code == EXIT_DONE && cli_unreadable())
+        code = fault(path, &(struct spc_error){.status = SPC_CORRUPT});
     return cli_finish(code);
 }
 
@@ -404,6 +411,7 @@ int main(int argc, char **argv)
     struct request q = {0};
     int c;
     cli_init("spc-info");
+    meta_init();
     signal(SIGPIPE, SIG_DFL);       /* 'spc-info --clusters | head' ends in silence, whoever started it */
     opterr = 0;
     while ((c = getopt_long(argc, argv, "hV", LONG, NULL)) != -1) {
