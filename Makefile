@@ -33,13 +33,14 @@ CLI := $(call obj,cmd/cli.c)
 META := $(call obj,cmd/meta.c)
 TOOLS := $(patsubst cmd/%.c,%,$(wildcard cmd/spc_*.c))
 TESTS := $(filter-out $(if $(filter 1,$(MESH)),,test_mesh_shim),$(patsubst tests/%.c,%,$(wildcard tests/test_*.c)))
+FAULTS := faults_inject.so $(patsubst tests/faults/%.c,%,$(wildcard tests/faults/faults_s*.c))
 BINARIES := $(addprefix $(B)/,$(subst _,-,$(TOOLS))) $(B)/gen-scan
 
 # V=1 shows the commands
 Q := $(if $(V),,@)
 say := @echo "  "
 
-.PHONY: all demo check tests fuzz fuzzers flips conformance asan tsan bench decisions deps deps-check format tidy layers install clean help
+.PHONY: all demo check tests fuzz fuzzers flips conformance soak asan tsan bench decisions deps deps-check format tidy layers install clean help
 .SECONDARY:                     # keep objects
 all: $(BINARIES)                ## the tools, into build/release/
 
@@ -80,13 +81,21 @@ deps-check: ; @scripts/install_deps build test $(if $(filter 1,$(MESH)),mesh)
 
 # One program a test file; helpers of tests are tests/*.c without the prefix.
 TEST_HELPERS := $(call obj,$(filter-out tests/test_% %/fuzz_entry.c %/fuzz_corpus.c,$(wildcard tests/*.c tests/fuzz/*.c)))
-tests: $(addprefix $(B)/tests/,$(TESTS)) $(B)/conformance_dump
+tests: $(addprefix $(B)/tests/,$(TESTS)) $(B)/conformance_dump $(addprefix $(B)/tests/,$(FAULTS))
 $(B)/libtest.a: $(TEST_HELPERS)
 $(B)/tests/test_%: $(call obj,tests/test_%.c) $(B)/libtest.a $(B)/libspv.a $(B)/libspb.a $(B)/libspc.a
 	@mkdir -p $(@D)
 	$(LINK) $(LIBS_test) $(LIBS_viewer) $(LIBS_build) $(LIBS_cmd)
 $(B)/tests/test_mesh_shim: $(call obj,libbuild/mesh_shim.cpp)
 $(B)/tests/test_mesh_shim: LIBS_test += -lOpenMeshCore -lstdc++
+
+# Faults of the system: a library before libc, and programs that run the tools with it.
+$(B)/tests/faults_inject.so: tests/faults/inject.c tests/faults/faults.h Makefile
+	@mkdir -p $(@D)
+	$(say) LINK $@ && $(CC) -std=c11 -O1 -g -Wall -Wextra -Wconversion -Wshadow $(if $(WERROR),-Werror) -shared -fPIC $< -o $@ -ldl
+$(B)/tests/faults_%: $(call obj,tests/faults/faults_%.c tests/faults/faults_run.c)
+	@mkdir -p $(@D)
+	$(LINK)
 
 # Programs that measure: a file each in tests/bench/, built only for it. select and count need no GL.
 $(B)/bench-%: $(call obj,tests/bench/%.c) $(B)/libspv.a $(B)/libspc.a
@@ -117,6 +126,8 @@ conformance: $(B)/make_conformance    ## write spec/conformance anew
 FLIPS ?= 20000
 flips: $(B)/tests/test_flips   ## turn FLIPS=20000 bits in larger archives, each of which must be found
 	SPC_FLIPS=$(FLIPS) SPC_FLIPS_TRIANGLES=20000 $<
+
+soak: ; @$(MAKE) -s deps-check && $(MAKE) -j$$(nproc) all tests && scripts/soak $(B)   ## faults of the system, all of them, some twenty minutes (SPC_SEED=N)
 
 asan: ; $(MAKE) CONFIG=asan CK_FORK=no check                     ## check under address and undefined behaviour sanitizers
 tsan: ; $(MAKE) CONFIG=tsan check                     ## check under the thread sanitizer

@@ -1,0 +1,47 @@
+# Faults of the system: calls that fail, full disks, signals, kills, two builds at once: faults.sh BUILD
+# SPC_FAULTS=full tries all of them (make soak); SPC_SEED=N chooses other moments.
+[ -n "${TMPDIR:-}" ] || [ ! -w /dev/shm ] || export TMPDIR=/dev/shm      # thousands of small files
+. tests/cli/shared/begin.sh
+case $tools in
+*asan | *tsan)
+    echo "skipped: the library before libc and a sanitizer do not go together"
+    exit 0
+    ;;
+esac
+full=${SPC_FAULTS:-fast}
+seed=${SPC_SEED:-1}
+quiet() { "$@" >/dev/null 2>&1; }
+
+# a name that is not ASCII: without memory it must not become another one
+quiet "$tools/gen-scan" --triangles 600 --shape statue --color -o "$folder/scan.ply"
+quiet "$tools/spc-build" --threads 1 --part-faces 300 --cluster-nodes 256 --block-nodes 64 \
+    "$folder/scan.ply" -o "$folder/in.spc"
+cp "$folder/in.spc" "$folder/lost.spc"
+printf '\377' | dd of="$folder/lost.spc" bs=1 seek=15000 conv=notrunc 2>/dev/null
+for share in 0 1; do
+    mkdir "$folder/$share"
+    cp "$folder/in.spc" "$folder/lost.spc" "$folder/$share"
+    cp "$folder/scan.ply" "$folder/$share/$(printf 'sc\303\244n.ply')"
+    "$tools/tests/faults_sweep" "$tools" "$folder/$share" "$full" $share 2 >"$folder/said$share" &
+    eval "sweep$share=\$!"
+done
+failed=0
+wait "$sweep0" || failed=1
+wait "$sweep1" || failed=1
+cat "$folder/said0" "$folder/said1"
+[ $failed -eq 0 ] || fail "faults are not survived"
+
+large=30000
+[ "$full" = fast ] || large=400000
+mkdir "$folder/stops"
+mv "$folder/scan.ply" "$folder/stops"
+quiet "$tools/gen-scan" --triangles $large --shape statue --color -o "$folder/stops/large.ply"
+"$tools/tests/faults_stops" "$tools" "$folder/stops" "$full" "$seed"
+
+# a limit on the size of files is an error, no death by a signal
+expect 1 "spc-build: '.*/big.spc': cannot write .*: File too large; files of that size are not allowed here.*" \
+    sh -c "ulimit -f 100; exec $tools/spc-build -q $folder/stops/large.ply -o $folder/big.spc"
+one_line
+[ -z "$(find "$folder" -maxdepth 1 -name '*big*' -o -maxdepth 1 -name '.spc*')" ] || fail "a limit leaves something"
+# what is to go on when the terminal is closed goes on
+expect 0 '' sh -c "trap '' HUP; $tools/spc-build -q $folder/stops/large.ply -o $folder/big.spc & sleep 0.05; kill -HUP \$!; wait \$!"
