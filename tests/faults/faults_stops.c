@@ -1,7 +1,8 @@
 /*
  * faults_stops BUILD FOLDER fast|full SEED: builds that are killed, asked to end, or meet another one.
  *
- * FOLDER holds scan.ply, small, and large.ply, which takes some tenths of a second or more.
+ * FOLDER holds scan.ply, small, large.ply, which takes some tenths of a second, and huge.ply, which
+ * takes seconds when it is to show how soon a build ends.
  * Killed builds leave nothing that the next one does not remove. Two builds of one target stop each
  * other at chosen calls (SIGSTOP), so that each meeting happens every time.
  */
@@ -28,6 +29,8 @@ static command raw = {"spc-build", "-q", "--codec", "raw", SMALL, "--temp", "tem
 static command raw_force = {"spc-build", "-q", "--codec", "raw", "--force", SMALL, "--temp", "temp", "scan.ply",
                             TARGET};
 static command large = {"spc-build", "-q", "--threads", "2", "--temp", "temp", "large.ply", TARGET};
+static command huge = {"spc-build", "-q", "--threads", "2", "--temp", "temp", "huge.ply", TARGET};
+static command huge_raw = {"spc-build", "-q", "--codec", "raw", "--temp", "temp", "huge.ply", TARGET};
 static command verify = {"spc-info", "--verify", "out/t.spc", NULL};
 
 struct bytes {
@@ -122,8 +125,9 @@ static void kill_at_random(unsigned times, bool no_tmpfile, const struct bytes *
 
 /* ---- asked to end ------------------------------------------------------------------------------ */
 
-/* At moments spread over a long build: at most a second until it has ended, all cleared away. */
-static void end_at_moments(unsigned times, bool no_tmpfile, const struct bytes *whole, double seconds)
+/* At moments spread over a long build: at most so many seconds until it has ended, all cleared away. */
+static void end_at_moments(unsigned times, bool no_tmpfile, const struct bytes *whole, double seconds,
+                           double most)
 {
     static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
     const struct fault f = {.kind = -1, .no_tmpfile = no_tmpfile};
@@ -131,7 +135,7 @@ static void end_at_moments(unsigned times, bool no_tmpfile, const struct bytes *
     struct outcome o;
     for (unsigned i = 0; i < times; i++) {
         faults_clean(false);
-        struct process p = faults_start(large, &f);
+        struct process p = faults_start(huge, &f);
         sleep_until(p.began + 0.02 + seconds * i / times);
         const double asked = faults_now();
         kill(p.pid, signals[i % 3]);
@@ -139,11 +143,11 @@ static void end_at_moments(unsigned times, bool no_tmpfile, const struct bytes *
         const double took = faults_now() - asked;
         slowest = took > slowest ? took : slowest;
         if (faults_left() != NULL || (o.code != 0 && !faults_is_absent()) || (o.code == 0 && !is(whole)))
-            faults_problem("a signal leaves something", large, &f, &o);
+            faults_problem("a signal leaves something", huge, &f, &o);
         if (o.code > 1 || (o.code == 1 && (faults_lines(o.err) != 1 || strstr(o.err, "cancelled") == NULL)))
-            faults_problem("a signal is not one line and exit 1", large, &f, &o);
-        if (took > 1)
-            faults_problem("it takes long to end", large, &f, &o);
+            faults_problem("a signal is not one line and exit 1", huge, &f, &o);
+        if (took > most)
+            faults_problem("it takes long to end", huge, &f, &o);
     }
     printf("asked to end: after %.2f s at the latest\n", slowest);
 }
@@ -253,19 +257,18 @@ static void race(unsigned times, bool no_tmpfile, const struct bytes of[2])
 
 static void sync_on_the_way(void)
 {
-    static command raw_large = {"spc-build", "-q", "--codec", "raw", "--temp", "temp", "large.ply", TARGET};
     static const int errors[] = {EIO, ENOSPC, EINTR, EINVAL};
-    const struct bytes whole = made_by(raw_large, false);
+    const struct bytes whole = made_by(huge_raw, false);
     struct outcome o;
     const uint64_t steps = whole.n >> 23;
     for (uint64_t n = 1; n <= steps; n++)
         for (size_t e = 0; e < sizeof errors / sizeof *errors; e++) {
             const struct fault f = {.kind = FAULTS_sync_range, .nth = n, .error = errors[e]};
             faults_clean(false);
-            faults_run(raw_large, &f, &o);
+            faults_run(huge_raw, &f, &o);
             if (o.report.delivered == 0 || faults_left() != NULL || o.code != (e < 2 ? 1 : 0) ||
                 (e < 2 ? !faults_is_absent() || faults_lines(o.err) != 1 : !is(&whole)))
-                faults_problem("a write that fails on its way to the disk", raw_large, &f, &o);
+                faults_problem("a write that fails on its way to the disk", huge_raw, &f, &o);
         }
 }
 
@@ -293,8 +296,12 @@ int main(int argc, char **argv)
     kill_at_random(full ? 200 : 5, true, &whole, seconds);
     if (full)
         sync_on_the_way();
-    end_at_moments(full ? 100 : 5, false, &whole, seconds);
-    end_at_moments(full ? 30 : 2, true, &whole, seconds);
+    seconds = faults_now();
+    const struct bytes most = made_by(huge, false);
+    seconds = faults_now() - seconds;
+    const double soon = full ? 1 : 1 + seconds;     /* a busy machine is not what make check is to find */
+    end_at_moments(full ? 100 : 5, false, &most, seconds, soon);
+    end_at_moments(full ? 30 : 2, true, &most, seconds, soon);
     printf("seed %s, %d problems\n", argv[4], faults_problems());
     return faults_problems() > 0;
 }
