@@ -41,6 +41,17 @@ else
 fi
 "$tools/tests/faults_stops" "$tools" "$folder/stops" "$full" "$seed"
 
+# a disk that cannot read the second half: --recover goes on behind it, and what it builds is whole
+head -c 4096 /dev/zero >"$folder/report"
+broken() { env FAULTS_BUS=1 FAULTS_REPORT="$folder/report" LD_PRELOAD="$tools/tests/faults_inject.so" "$@"; }
+expect 1 "spc-info: '.*/in.spc': part of it cannot be read: the disk fails, or it was cut short" \
+    broken "$tools/spc-info" --verify "$folder/in.spc"
+expect 1 "spc-info: '.*/in.spc': warning: part of it cannot be read: .*" \
+    broken "$tools/spc-info" --recover "$folder/half.spc" "$folder/in.spc"
+one_line
+grep -q 'with loss' "$folder/out" || fail "recovery from a failing disk does not say what it lost"
+expect 0 '' "$tools/spc-info" --verify "$folder/half.spc"
+
 # a limit on the size of files is an error, no death by a signal
 expect 1 "spc-build: '.*/big.spc': cannot write .*: File too large; files of that size are not allowed here.*" \
     sh -c "ulimit -f 100; exec $tools/spc-build -q $folder/stops/large.ply -o $folder/big.spc"

@@ -22,6 +22,7 @@ struct scenario {
     const char *argv[FAULTS_ARGS];
     bool no_tmpfile, old;
     bool exact;                     /* standard output never changes */
+    bool loose;                     /* the number of calls varies a little */
     bool head;                      /* reads no more than the head of an archive */
     int dense;                      /* so many times the n of fast */
 };
@@ -35,6 +36,8 @@ static const struct scenario scenarios[] = {
     {{"spc-build", "-q", BUILD_OPTIONS, "--force", "sc\303\244n.ply", "-o", "out/t.spc", NULL},
      .no_tmpfile = true, .old = true, .dense = 1},
     {{"spc-build", "-q", BUILD_OPTIONS, "--codec", "raw", "in.spc", "-o", "out/t.spc", NULL}, .dense = 2},
+    {{"spc-build", "-q", "--threads", "3", "--part-faces", "100", "sc\303\244n.ply", "-o", "out/t.spc", NULL},
+     .loose = true, .dense = 1},
     {{"spc-info", "--verify", "in.spc", NULL}, .exact = true, .dense = 2},
     {{"spc-info", "--verify", "--json", "in.spc", NULL}, .exact = true, .dense = 1},
     {{"spc-info", "--json", "in.spc", NULL}, .exact = true, .head = true, .dense = 1},
@@ -107,7 +110,7 @@ static void judge(const struct scenario *s, const struct fault *f, const struct 
         what = "it hangs";
     else if (o->code >= FAULTS_SIGNALLED)
         what = "it crashes";
-    else if (o->report.delivered == 0)
+    else if (o->report.delivered == 0 && !s->loose)
         what = "the fault did not come";
     else if (left != NULL && f->kind != FAULTS_unlink)
         what = "something is left behind";
@@ -145,7 +148,7 @@ static void sweep_kind(const struct scenario *s, int kind, const int errors[3], 
     const uint64_t count = whole.report.calls[kind];
     const bool many = kind == FAULTS_malloc || kind == FAULTS_pread || kind == FAULTS_pwrite;
     for (int e = 0; e < 3 && errors[e] != 0; e++) {
-        const uint64_t most = full ? 0 : e > 0 ? 4 : (uint64_t)(many ? 10 : 6) * (uint64_t)s->dense;
+        const uint64_t most = full ? 0 : e > 0 ? 3 : (uint64_t)(many ? 8 : 5) * (uint64_t)s->dense;
         for (uint64_t n = 1; n <= count; n = step_after(n, count, most))
             try(s, &(struct fault){.kind = kind, .nth = n, .error = errors[e], .no_tmpfile = s->no_tmpfile});
     }
@@ -174,7 +177,7 @@ static void sweep_climates(const struct scenario *s)
 /* Disks of so many bytes, from none to what a whole run writes. */
 static void sweep_space(const struct scenario *s, bool full)
 {
-    const unsigned steps = full ? 200 : 8;
+    const unsigned steps = full ? 200 : 6;
     struct outcome o;
     uint64_t total = 0;
     char more[64];
@@ -225,7 +228,7 @@ static void sweep_signals(const struct scenario *s, bool full)
         return;
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
         const uint64_t count = whole.report.calls[kinds[k]];
-        for (uint64_t n = 1; n <= count; n = step_after(n, count, full ? 400 : 6)) {
+        for (uint64_t n = 1; n <= count; n = step_after(n, count, full ? 400 : 4)) {
             const struct fault f = {.kind = kinds[k], .nth = n, .signal = signals[n % 3],
                                     .no_tmpfile = s->no_tmpfile};
             if (runs++ % of != share)
