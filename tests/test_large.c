@@ -27,6 +27,11 @@ ssize_t pwrite(int fd, const void *bytes, size_t n, off_t off)
     return (ssize_t)part;
 }
 
+ssize_t pwritev(int fd, const struct iovec *parts, int count, off_t off)
+{
+    return count > 0 ? pwrite(fd, parts[0].iov_base, parts[0].iov_len, off) : 0;
+}
+
 /* ---- temporary files --------------------------------------------------------------------------- */
 
 static void fill(uint8_t bytes[ENDS], uint32_t seed)
@@ -39,11 +44,12 @@ START_TEST(a_temporary_file_of_six_gigabytes_gives_back_what_it_got)
 {
     const size_t long_bytes = (size_t)3 << 30;
     uint8_t *const zeros = calloc(long_bytes, 1);   /* never touched: takes no memory */
+    struct spb_temp temp = {.folder = scan_folder};
     struct spb_tmpfile *file;
     uint8_t bytes[ENDS], again[ENDS];
     uint64_t off[3], skipped = 0;
     ck_assert_ptr_nonnull(zeros);
-    ck_assert_int_eq(spb_tmpfile_create(scan_folder, &file, NULL), SPC_OK);
+    ck_assert_int_eq(spb_tmpfile_create(&temp, &file, NULL), SPC_OK);
     for (uint32_t k = 0; k < 3; k++) {
         fill(bytes, k);
         ck_assert_int_eq(spb_tmpfile_append(file, bytes, ENDS, &off[k], NULL), SPC_OK);
@@ -58,7 +64,7 @@ START_TEST(a_temporary_file_of_six_gigabytes_gives_back_what_it_got)
         ck_assert_int_eq(spb_tmpfile_read(file, off[k], again, ENDS, NULL), SPC_OK);
         ck_assert_mem_eq(bytes, again, ENDS);
     }
-    ck_assert_uint_eq(spb_tmpfile_bytes_written(file), off[2] + ENDS);
+    ck_assert_uint_eq(temp.written, off[2] + ENDS);
     spb_tmpfile_free(file);
     free(zeros);
 }
@@ -71,20 +77,22 @@ START_TEST(buckets_that_begin_behind_four_gigabytes_are_read_rightly)
     const size_t long_bytes = ((size_t)1 << 32) - 20000;    /* the bucket lies across the border */
     const uint32_t count = 10000;
     uint8_t *const zeros = calloc(long_bytes, 1), *records = calloc(count, format.bytes);
+    struct spb_temp temp = {.folder = scan_folder};
     struct spb_tmpfile *file;
     struct spb_distributor d;
     uint8_t record[96] = {0};
     uint64_t off;
-    ck_assert_int_eq(spb_tmpfile_create(scan_folder, &file, NULL), SPC_OK);
+    ck_assert_int_eq(spb_tmpfile_create(&temp, &file, NULL), SPC_OK);
     ck_assert_int_eq(spb_tmpfile_append(file, zeros, long_bytes, &off, NULL), SPC_OK);
     ck_assert_int_eq(spb_distributor_init(&d, file, &format, min, max, 0, 1 << 20, NULL), SPC_OK);
     for (uint32_t i = 0; i < count; i++) {
         memcpy(record, &i, sizeof i);
-        SCAN_CHECK(spb_distributor_add(&d, key, record, NULL) == SPC_OK);
+        SCAN_CHECK(spb_distributor_add(&d, 0, key, record, NULL) == SPC_OK);
     }
     ck_assert_int_eq(spb_distributor_flush(&d, NULL), SPC_OK);
     ck_assert_uint_eq(d.bucket_count, 1);
-    ck_assert_int_eq(spb_bucket_read(d.buckets[0], file, format.bytes, 0, count, records, NULL), SPC_OK);
+    struct spb_pile_reader reader = {&d.buckets[0]->pile, file, 0, 0};
+    ck_assert_int_eq(spb_pile_read(&reader, records, (uint64_t)count * format.bytes, NULL), SPC_OK);
     for (uint32_t i = 0; i < count; i++)
         SCAN_CHECK(memcmp(records + (size_t)i * format.bytes, &i, sizeof i) == 0);
     spb_bucket_free(d.buckets[0]);

@@ -19,6 +19,7 @@
 #include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/uio.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -224,6 +225,13 @@ EXPORT ssize_t pwrite(int fd, const void *bytes, size_t n, off_t off)
     return room < 0 ? -1 : real(fd, bytes, (size_t)room, off);
 }
 ALSO(pwrite64, pwrite);
+
+/* A short write is a legal one: of the first part. */
+EXPORT ssize_t pwritev(int fd, const struct iovec *parts, int count, off_t off)
+{
+    return count > 0 ? pwrite(fd, parts[0].iov_base, parts[0].iov_len, off) : 0;
+}
+ALSO(pwritev64, pwritev);
 
 EXPORT int fsync(int fd)
 {
