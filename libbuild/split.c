@@ -11,8 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct job {                        /* keys [begin, end), more than one, become the node */
-    uint32_t node, begin, end, level;
+struct spb_job {                      /* keys [begin, end), more than one, become the node; or none: */
+    uint32_t node, begin, end, level;           /* it is ready, all below it was given out */
 };
 
 /* A key as one vector. The number takes part in everything; nobody asks for its bounds. */
@@ -155,12 +155,14 @@ static enum spc_status no_memory(struct spc_error *err)
     return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the nodes of a tree");
 }
 
-/* The stack holds at most three waiting siblings a level; every plane takes at least a quarter off a side. */
+/* The stack holds at most four jobs a level; every plane takes at least a quarter off a side. */
 enum { STACK_MAX = 4096 };
+enum { BLOCK_MAX = 2048 };          /* faces whose nodes stay in a near cache */
 
 /* Nodes of the family and jobs for those that are more than a face. Returns how many jobs. */
 SPB_INLINE uint32_t make_family(const struct spb_key *keys, const struct family *f,
-                                const struct job *job, struct spb_tree *tree, struct job *jobs)
+                                const struct spb_job *job, struct spb_tree *tree,
+                                struct spb_job *jobs)
 {
     uint32_t waiting = 0;
     struct spb_node *nodes = &tree->nodes[tree->node_count];
@@ -172,8 +174,8 @@ SPB_INLINE uint32_t make_family(const struct spb_key *keys, const struct family 
         if (f->border[k + 1] - f->border[k] == 1)
             make_leaves(keys + f->border[k], 1, nodes + k);
         else
-            jobs[waiting++] = (struct job){tree->node_count + k, f->border[k], f->border[k + 1],
-                                           job->level + 1};
+            jobs[waiting++] = (struct spb_job){tree->node_count + k, f->border[k],
+                                               f->border[k + 1], job->level + 1};
     }
     make_leaves(keys + f->border[f->leaf_first], f->leaf_end - f->leaf_first,
                 nodes + f->leaf_first);
@@ -181,43 +183,81 @@ SPB_INLINE uint32_t make_family(const struct spb_key *keys, const struct family 
     return waiting;
 }
 
-/* The stack holds one job: all keys become node 0. */
-SPB_VECTORS static enum spc_status split_jobs(struct spb_key *keys, struct spb_tree *tree,
-                                              struct job *stack, struct spc_error *err)
+static uint32_t push_ready(struct spb_job *jobs, uint32_t node)
 {
-    uint32_t waiting = 1;
-    while (waiting > 0) {
-        const struct job job = stack[--waiting];
+    jobs[0] = (struct spb_job){.node = node};
+    return 1;
+}
+
+/* The leaves of a family whose first child is the node. */
+static uint32_t push_leaves(const struct family *f, uint32_t node, struct spb_job *jobs)
+{
+    uint32_t count = 0;
+    for (uint32_t k = 0; k < f->count; k++)
+        if (f->border[k + 1] - f->border[k] == 1)
+            count += push_ready(jobs + count, node + k);
+    return count;
+}
+
+SPB_VECTORS enum spc_status spb_split_next(struct spb_splitter *s, uint32_t *begin, uint32_t *end,
+                                           struct spc_error *err)
+{
+    struct spb_tree *tree = s->tree;
+    uint32_t waiting = s->waiting, block = 0;       /* jobs below the block's */
+    *begin = *end = tree->node_count;
+    while (waiting > block) {
+        const struct spb_job job = s->stack[--waiting];
+        if (job.begin == job.end) {
+            *begin = job.node;
+            *end = job.node + 1;
+            s->waiting = waiting;
+            return SPC_OK;
+        }
+        if (waiting + 2 * SPB_CHILDREN_MAX > STACK_MAX)
+            return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "the tree is deeper than it can be");
+        if (block == 0)
+            waiting += push_ready(s->stack + waiting, job.node);
+        if (block == 0 && job.end - job.begin <= BLOCK_MAX) {
+            block = waiting;
+            *begin = tree->node_count;
+        }
         struct family family;
-        split_family(keys, job.begin, job.end, &family);
+        split_family(s->keys, job.begin, job.end, &family);
         if (job.level + 1 > tree->height)
             tree->height = job.level + 1;
-        if (waiting + SPB_CHILDREN_MAX > STACK_MAX)
-            return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "the tree is deeper than it can be");
         if (!reserve(tree, family.count))
             return no_memory(err);
-        waiting += make_family(keys, &family, &job, tree, stack + waiting);
+        waiting += make_family(s->keys, &family, &job, tree, s->stack + waiting);
+        if (block == 0)
+            waiting += push_leaves(&family, tree->nodes[job.node].child_first,
+                                   s->stack + waiting);
+    }
+    *end = tree->node_count;
+    s->waiting = waiting;
+    return SPC_OK;
+}
+
+enum spc_status spb_split_begin(struct spb_splitter *s, struct spb_key *keys, uint32_t count,
+                                struct spb_tree *tree, struct spc_error *err)
+{
+    *s = (struct spb_splitter){.keys = keys, .tree = tree,
+                               .stack = malloc(STACK_MAX * sizeof *s->stack)};
+    tree->node_count = 0;
+    tree->height = 1;
+    if (s->stack == NULL || !reserve(tree, count + count / 2 + 64))     /* mostly enough for all */
+        return no_memory(err);
+    tree->node_count = 1;
+    s->waiting = 1;
+    s->stack[0] = (struct spb_job){0, 0, count, 1};
+    if (count == 1) {
+        make_leaves(keys, 1, tree->nodes);
+        push_ready(s->stack, 0);
     }
     return SPC_OK;
 }
 
-enum spc_status spb_tree_split(struct spb_key *keys, uint32_t count, struct spb_tree *tree,
-                               struct spc_error *err)
+void spb_split_end(struct spb_splitter *s)
 {
-    struct job *stack = malloc(STACK_MAX * sizeof *stack);
-    enum spc_status status = SPC_OK;
-    tree->node_count = 0;
-    tree->height = 1;
-    if (stack == NULL || !reserve(tree, count + count / 2 + 64))    /* mostly enough for all */
-        status = no_memory(err);
-    if (status == SPC_OK) {
-        tree->node_count = 1;
-        stack[0] = (struct job){0, 0, count, 1};
-        if (count == 1)
-            make_leaves(keys, 1, tree->nodes);
-        else
-            status = split_jobs(keys, tree, stack, err);
-    }
-    free(stack);
-    return status;
+    free(s->stack);
+    s->stack = NULL;
 }

@@ -159,25 +159,35 @@ static enum spc_status keep_pending(const struct spb_pack_tree *tree, uint32_t r
     return SPC_OK;
 }
 
-enum { WINDOW = 256 };              /* nodes that are made while they are in a near cache */
-
-/* Leaves, inner nodes and clusters, children before parents. */
-static enum spc_status make_nodes(const struct spb_pack_tree *pack, uint32_t count,
+/* Nodes [begin, end), of which all that is below was made or is among them: from last to first. */
+static enum spc_status make_nodes(const struct spb_pack_tree *pack, uint32_t begin, uint32_t end,
                                   struct spc_error *err)
 {
     const struct spb_pack_shared *shared = pack->shared;
     enum spc_status status = SPC_OK;
-    for (uint32_t end = count; end > 0 && status == SPC_OK;) {
-        const uint32_t begin = end > WINDOW ? end - WINDOW : 0;
-        if (spb_pool_cancelled())
-            return spc_fail(err, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
-        spb_leaves_make(shared->space, &shared->format, pack->records, &pack->nodes[begin],
-                        end - begin);
-        for (uint32_t i = end; i-- > begin && status == SPC_OK;)
-            if (pack->nodes[i].child_count > 0)
-                status = finish_node(pack, i, err);
-        end = begin;
+    if (spb_pool_cancelled())
+        return spc_fail(err, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
+    spb_leaves_make(shared->space, &shared->format, pack->records, &pack->nodes[begin],
+                    end - begin);
+    for (uint32_t i = end; i-- > begin && status == SPC_OK;)
+        if (pack->nodes[i].child_count > 0)
+            status = finish_node(pack, i, err);
+    return status;
+}
+
+static enum spc_status make_tree(const struct spb_pack_shared *shared, struct spb_workspace *w,
+                                 uint32_t count, struct spc_error *err)
+{
+    struct spb_splitter splitter;
+    uint32_t begin = 0, end = 1;
+    enum spc_status status = spb_split_begin(&splitter, w->keys, count, &w->tree, err);
+    while (status == SPC_OK && begin < end) {
+        status = spb_split_next(&splitter, &begin, &end, err);
+        const struct spb_pack_tree pack = {shared, w->tree.nodes, w->records};
+        if (status == SPC_OK)
+            status = make_nodes(&pack, begin, end, err);
     }
+    spb_split_end(&splitter);
     return status;
 }
 
@@ -194,11 +204,9 @@ static enum spc_status build_part(const struct spb_part *part, struct spb_tmpfil
         status = spb_part_read(part, file, bytes, w->records, err);
     if (status == SPC_OK) {
         make_keys(shared, w->records, part->count, w->keys);
-        status = spb_tree_split(w->keys, (uint32_t)part->count, &w->tree, err);
+        status = make_tree(shared, w, (uint32_t)part->count, err);
     }
     const struct spb_pack_tree pack = {shared, w->tree.nodes, w->records};
-    if (status == SPC_OK)
-        status = make_nodes(&pack, w->tree.node_count, err);
     if (status == SPC_OK)
         status = keep_pending(&pack, bytes, out, err);
     out->height = w->tree.height;

@@ -77,13 +77,28 @@ struct spb_key {                    /* one vector: the place of spb_face_key, th
 
 /*
  * Splits faces [0, count) by split.h into a tree of nodes whose child_first, child_count and link
- * are set; nothing else is. keys[count] is reordered. An earlier tree's memory is used again.
+ * are set; nothing else is. Some at a time, so that they can be made while they are in a near cache:
+ *
+ *     spb_split_begin, then spb_split_next until it gives no nodes, then spb_split_end
+ *
+ * spb_split_next gives nodes [*begin, *end). What is below them is among them or was given before,
+ * so they can be made from the last to the first. Each node is given once. tree->nodes may move.
+ * keys[count] is reordered. An earlier tree's memory is used again.
  *
  * in   count  at least 1, below 2^31
  * out  tree->nodes  from malloc, the caller's to free, also on failure
  * fails  SPC_NO_MEMORY
  */
-enum spc_status spb_tree_split(struct spb_key *keys, uint32_t count, struct spb_tree *tree,
+struct spb_splitter {
+    struct spb_key *keys;
+    struct spb_tree *tree;
+    struct spb_job *stack;
+    uint32_t waiting;               /* jobs */
+};
+enum spc_status spb_split_begin(struct spb_splitter *s, struct spb_key *keys, uint32_t count,
+                                struct spb_tree *tree, struct spc_error *err);
+enum spc_status spb_split_next(struct spb_splitter *s, uint32_t *begin, uint32_t *end,
                                struct spc_error *err);
+void spb_split_end(struct spb_splitter *s);     /* also when spb_split_begin has failed */
 
 #endif
