@@ -1,6 +1,7 @@
 #include "space.h"
 
 #include "vec.h"
+#include "vectors.h"
 
 #include <math.h>
 #include <string.h>
@@ -134,12 +135,52 @@ void spb_record_load(const struct spb_record_format *format, const struct spb_sp
         memset(out->rgba, 255, 12);
 }
 
+/* Coordinate number k of nine, file units. */
+SPB_INLINE double load_coordinate(const uint8_t *record, bool is_wide, int k)
+{
+    double wide;
+    float narrow;
+    if (is_wide) {
+        memcpy(&wide, record + 8 * k, sizeof wide);
+        return wide;
+    }
+    memcpy(&narrow, record + 4 * k, sizeof narrow);
+    return (double)narrow;
+}
+
+SPB_INLINE double middle_of(double x, double y, double z)
+{
+    const double min = smaller_of(x, smaller_of(y, z)), max = larger_of(x, larger_of(y, z));
+    return (min + max) / 2 + 1 - 1;         /* adding 1 rounds to multiples of 2^-52 */
+}
+
 void spb_face_key(const struct spb_face *face, double key[3])
 {
-    for (int a = 0; a < 3; a++) {
-        const double x = face->corner[0][a], y = face->corner[1][a], z = face->corner[2][a];
-        const double min = x < y ? (x < z ? x : z) : (y < z ? y : z);
-        const double max = x > y ? (x > z ? x : z) : (y > z ? y : z);
-        key[a] = (min + max) / 2 + 1 - 1;       /* adding 1 rounds to multiples of 2^-52 */
+    for (int a = 0; a < 3; a++)
+        key[a] = middle_of(face->corner[0][a], face->corner[1][a], face->corner[2][a]);
+}
+
+SPB_INLINE void keys_of(bool wide, uint32_t bytes, const struct spb_space *space,
+                        const uint8_t *records, uint32_t count, double (*keys)[4])
+{
+    const double scale = ldexp(1, -space->unit_exp);        /* never below 2^-1074 nor above 2^1023 */
+    for (uint32_t i = 0; i < count; i++) {
+        const uint8_t *record = records + (size_t)i * bytes;
+        for (int a = 0; a < 3; a++) {
+            const double origin = space->origin[a];
+            keys[i][a] = middle_of((load_coordinate(record, wide, a) - origin) * scale,
+                                   (load_coordinate(record, wide, a + 3) - origin) * scale,
+                                   (load_coordinate(record, wide, a + 6) - origin) * scale);
+        }
+        keys[i][3] = (double)i;
     }
+}
+
+void spb_record_keys(const struct spb_record_format *format, const struct spb_space *space,
+                     const uint8_t *records, uint32_t count, double (*keys)[4])
+{
+    if (format->wide)
+        keys_of(true, format->bytes, space, records, count, keys);
+    else
+        keys_of(false, format->bytes, space, records, count, keys);
 }

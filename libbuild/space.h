@@ -74,4 +74,8 @@ void spb_record_load(const struct spb_record_format *format, const struct spb_sp
  */
 void spb_face_key(const struct spb_face *face, double key[3]);
 
+/* The same of records [0, count), and their numbers: keys[i] is x, y, z, i. */
+void spb_record_keys(const struct spb_record_format *format, const struct spb_space *space,
+                     const uint8_t *records, uint32_t count, double (*keys)[4]);
+
 #endif

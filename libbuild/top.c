@@ -111,17 +111,6 @@ static enum spc_status workspace_reserve(struct spb_workspace *w, uint64_t count
 
 /* ---- one part ---------------------------------------------------------------------------------- */
 
-static void make_keys(const struct spb_pack_shared *shared, const uint8_t *records, uint64_t count,
-                      struct spb_key *keys)
-{
-    for (uint64_t i = 0; i < count; i++) {
-        struct spb_face face;
-        spb_record_load(&shared->format, shared->space, records + i * shared->format.bytes, &face);
-        spb_face_key(&face, keys[i].v);
-        keys[i].v[SPB_KEY_FACE] = (double)i;
-    }
-}
-
 /* The pending part of a tree, renumbered; closed subtrees end at their owners. */
 static enum spc_status keep_pending(const struct spb_pack_tree *tree, uint32_t record_bytes,
                                     struct tree *out, struct spc_error *err)
@@ -203,7 +192,8 @@ static enum spc_status build_part(const struct spb_part *part, struct spb_tmpfil
     if (status == SPC_OK)
         status = spb_part_read(part, file, bytes, w->records, err);
     if (status == SPC_OK) {
-        make_keys(shared, w->records, part->count, w->keys);
+        spb_record_keys(&shared->format, shared->space, w->records, (uint32_t)part->count,
+                        &w->keys[0].v);
         status = make_tree(shared, w, (uint32_t)part->count, err);
     }
     const struct spb_pack_tree pack = {shared, w->tree.nodes, w->records};

@@ -28,14 +28,15 @@ static double random_unit(void)
 
 /* ---- splitting --------------------------------------------------------------------------------- */
 
-/* kind 0: anywhere; 1: on a coarse lattice, many equal; 2: on a line; 3: all equal; 4: tiny sides */
+/* kind 0: anywhere; 1: on a coarse lattice, many equal; 2: on a line; 3: all equal; 4: tiny sides; 5: one far off */
 static void random_keys(struct spb_key *keys, uint32_t n, int kind)
 {
     for (uint32_t i = 0; i < n; i++) {
         for (int a = 0; a < 3; a++) {
             const double v = random_unit();
             keys[i].v[a] = kind == 0 ? v : kind == 1 ? floor(v * 8) / 8 : kind == 2 ? (a == 1) * v
-                         : kind == 3 ? 0.3 : 0.5 + floor(v * 9) * 0x1p-52;
+                         : kind == 3 ? 0.3 : kind == 4 ? 0.5 + floor(v * 9) * 0x1p-52
+                         : i == 0 ? 1 : v / 1024;
             keys[i].v[a] = keys[i].v[a] + 1 - 1;
         }
         keys[i].v[SPB_KEY_FACE] = i;
@@ -148,7 +149,7 @@ START_TEST(splitting_follows_the_rule)
 {
     struct spb_tree tree = {0};
     struct spb_key *keys = malloc(FACES * sizeof *keys), *again = malloc(FACES * sizeof *keys);
-    for (int kind = 0; kind < 5; kind++)
+    for (int kind = 0; kind < 6; kind++)
         for (uint32_t n = 1; n <= FACES; n = n < 40 ? n + 1 : n * 5) {
             uint32_t next = 1;
             random_keys(keys, n, kind);
@@ -163,7 +164,7 @@ START_TEST(splitting_follows_the_rule)
 }
 END_TEST
 
-/* ---- nodes ------------------------------------------------------------------------------------- */
+/* ---- keys and nodes ------------------------------------------------------------------------------------- */
 
 /* Acute, obtuse, needles, zero areas, one point; some of them large. */
 static void random_corners(double corner[3][3])
@@ -258,6 +259,26 @@ static void check_leaf(const struct scene *s, const struct spb_node *leaf)
         ck_assert_uint_eq(leaf->rgba[a],
                           (uint32_t)(face.rgba[0][a] + face.rgba[1][a] + face.rgba[2][a] + 1) / 3);
 }
+
+START_TEST(keys_are_those_of_the_faces)
+{
+    struct spb_key *keys = malloc(FACES * sizeof *keys);
+    for (int kind = 0; kind < 4; kind++) {
+        struct scene *s = make_scene(kind & 1, kind & 2);
+        spb_record_keys(&s->format, &s->space, s->records, FACES, &keys[0].v);
+        for (uint32_t i = 0; i < FACES; i++) {
+            struct spb_face face;
+            double key[3];
+            spb_record_load(&s->format, &s->space, s->records + (size_t)i * s->format.bytes, &face);
+            spb_face_key(&face, key);
+            if (memcmp(key, keys[i].v, sizeof key) != 0 || keys[i].v[SPB_KEY_FACE] != i)
+                ck_abort_msg("key %u is another", i);
+        }
+        free_scene(s);
+    }
+    free(keys);
+}
+END_TEST
 
 START_TEST(leaves_are_the_same_without_vectors)
 {
@@ -376,7 +397,7 @@ END_TEST
 
 int main(void)
 {
-    return SUITE("tree", NULL, NULL, splitting_follows_the_rule,
+    return SUITE("tree", NULL, NULL, splitting_follows_the_rule, keys_are_those_of_the_faces,
                  leaves_are_the_same_without_vectors, inner_nodes_are_the_same_without_vectors,
                  codes_are_those_of_the_format);
 }
