@@ -161,11 +161,13 @@ SPB_INLINE double reach_of_patch(double radius, const struct child_views *c,
         x[k] = r * OCTAGON[sector + (k & 1)][0];
         y[k] = r * OCTAGON[sector + (k & 1)][1];
     }
+    SPB_ROLLED
     for (int i = 0; i < N; i++) {
         const double inner = larger_of(square_to(c, i, x[0], y[0]), square_to(c, i, x[1], y[1]));
         const double outer = larger_of(square_to(c, i, x[2], y[2]), square_to(c, i, x[3], y[3]));
         far[i] = larger_of(inner, outer);
     }
+    SPB_ROLLED
     for (int i = 0; i < N; i++) {
         const double in_plane = larger_of(0, sqrt(far[i]) - c->inner[i]);
         g[i] = sqrt(in_plane * in_plane + c->off[i] * c->off[i]) + f->reach[i];

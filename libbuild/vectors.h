@@ -15,6 +15,13 @@
 #define SPB_VECTORS
 #endif
 
+/* Before a short loop that must not be unrolled before it can become vectors. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define SPB_ROLLED _Pragma("GCC unroll 1")
+#else
+#define SPB_ROLLED
+#endif
+
 #define SPB_INLINE static inline __attribute__((always_inline))
 
 #endif
