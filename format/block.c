@@ -243,15 +243,16 @@ size_t spc_block_stored_bound(uint32_t raw_bytes)
 
 enum spc_status spc_block_encode(struct spc_block *b, const struct spc_block_layout *layout,
                                  const struct spc_frame *frame, const struct spc_family *families,
-                                 uint32_t family_count, const uint8_t *payload, int level,
-                                 uint8_t *stored, struct spc_error *err)
+                                 uint32_t family_count, const uint8_t *payload,
+                                 struct spc_encoder *encoder, uint8_t *stored,
+                                 struct spc_error *err)
 {
     size_t bytes = layout->bytes;
     if (b->codec == SPC_CODEC_RAW) {
         memcpy(stored, payload, bytes);
     } else {
         const enum spc_status status =
-            columns_encode(b, layout, frame, families, family_count, payload, level, stored,
+            columns_encode(b, layout, frame, families, family_count, payload, encoder, stored,
                            spc_block_stored_bound(layout->bytes), &bytes, err);
         if (status != SPC_OK)
             return status;

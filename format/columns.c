@@ -234,46 +234,65 @@ static enum spc_status put_all(struct columns *c, const uint8_t *payload, struct
         put_inner_families(c, payload, b, w);
     else
         put_leaf_families(c, payload, b, w);
-    const enum spc_status status = c->triangles ? triangle_columns_put(c, payload, w, err)
-                                                : node_columns_put(c, payload, w, err);
+    enum spc_status status = SPC_OK;
+    if (c->triangles)
+        status = triangle_columns_put(c, payload, w, err);
+    else
+        node_columns_put(c, payload, w);
     for (uint32_t g = 0; g < c->frame->normal_clusters; g++)
         b->word[g] = load_u16(payload + c->layout->groups + 4 * g + 2);
     planes_put16(w, b->word, c->frame->normal_clusters);
     return status;
 }
 
+/* Arrays that encoding takes, all together. */
+static size_t memory_of(const struct spc_block *b, bool triangles, uint32_t family_count, uint32_t most)
+{
+    const size_t n = b->node_count;
+    return encoder_share(n * sizeof(uint32_t)) + encoder_share(n * sizeof(uint16_t)) +
+           encoder_share((family_count + (size_t)1) * sizeof(struct spc_family)) +
+           encoder_share(most) + encoder_share(most * sizeof(uint16_t)) +
+           encoder_share((size_t)3 * most) +
+           (triangles ? triangle_columns_memory(b->node_count, b->vertex_count)
+                      : node_columns_memory(b->node_count));
+}
+
+static void take_arrays(struct columns *c, struct spc_encoder *e, uint32_t most, struct buffers *b)
+{
+    c->place = encoder_take(e, c->n * sizeof *c->place);
+    c->like = encoder_take(e, c->n * sizeof *c->like);
+    c->families = encoder_take(e, (c->family_count + (size_t)1) * sizeof *c->families);
+    b->byte = encoder_take(e, most);
+    b->word = encoder_take(e, most * sizeof *b->word);
+}
+
 enum spc_status columns_encode(const struct spc_block *block, const struct spc_block_layout *layout,
                                const struct spc_frame *frame, const struct spc_family *families,
-                               uint32_t family_count, const uint8_t *payload, int level,
-                               uint8_t *out, size_t out_max, size_t *out_bytes,
-                               struct spc_error *err)
+                               uint32_t family_count, const uint8_t *payload,
+                               struct spc_encoder *encoder, uint8_t *out, size_t out_max,
+                               size_t *out_bytes, struct spc_error *err)
 {
-    struct columns c;
+    struct columns c = {.block = block, .layout = layout, .frame = frame, .n = block->node_count,
+                        .triangles = layout->indices != 0, .family_count = family_count};
+    struct buffers b;
     struct planes_writer w;
     const uint32_t most = block->node_count + SPC_NORMAL_CLUSTERS_MAX;
-    enum spc_status status = init(&c, block, layout, frame, family_count, err);
+    enum spc_status status =
+        encoder_reserve(encoder, memory_of(block, c.triangles, family_count, most), err);
     if (status != SPC_OK)
         return status;
-    struct buffers b = {malloc(most), malloc(most * sizeof *b.word)};
+    take_arrays(&c, encoder, most, &b);
     memcpy(c.families, families, family_count * sizeof *families);
-    if (b.byte == NULL || b.word == NULL)
-        status = spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the columns of a block");
-    else if (out_max < CO_SIZE || !measure(&c, payload))
-        status = spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "families do not make the block");
-    if (status == SPC_OK)
-        status = planes_begin(&w, plane_count(&c), 3 * most, level, out + CO_SIZE,
-                              out_max - CO_SIZE, err);
-    if (status == SPC_OK) {
-        store_prelude(&c, payload, out);
-        status = put_all(&c, payload, &b, &w, err);
-        const enum spc_status end = planes_finish(&w, out_bytes, err);
-        status = status == SPC_OK ? end : status;
-        *out_bytes += CO_SIZE;
-    }
-    free(b.byte);
-    free(b.word);
-    release(&c);
-    return status;
+    if (out_max < CO_SIZE || !measure(&c, payload))
+        return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "families do not make the block");
+    status = planes_begin(&w, encoder, plane_count(&c), 3 * most, out + CO_SIZE, out_max - CO_SIZE, err);
+    if (status != SPC_OK)
+        return status;
+    store_prelude(&c, payload, out);
+    status = put_all(&c, payload, &b, &w, err);
+    const enum spc_status end = planes_finish(&w, out_bytes, err);
+    *out_bytes += CO_SIZE;
+    return status == SPC_OK ? end : status;
 }
 
 /* ---- decoding ---------------------------------------------------------------------------------- */

@@ -39,10 +39,11 @@ static inline int position_shift(const struct columns *c, uint16_t radius_code)
     return shift < 0 ? 0 : shift > 15 ? 15 : shift;
 }
 
-/* e_self, radius, height, normal, position and colour of all nodes from those they are like. */
+/* e_self, radius, height, normal, position and colour of all nodes from those they are like. Putting
+ * takes node_columns_memory of what is reserved in the encoder. */
+size_t node_columns_memory(uint32_t n);
 void node_columns_measure(struct columns *c, const uint8_t *payload);
-enum spc_status node_columns_put(const struct columns *c, const uint8_t *payload,
-                                 struct planes_writer *w, struct spc_error *err);
+void node_columns_put(const struct columns *c, const uint8_t *payload, struct planes_writer *w);
 enum spc_status node_columns_get(const struct columns *c, struct planes_reader *r,
                                  uint8_t *payload, struct spc_error *err);
 
@@ -50,7 +51,11 @@ enum spc_status node_columns_get(const struct columns *c, struct planes_reader *
 void columns_color_difference(const uint8_t *rgba, const uint8_t *was, uint8_t d[4]);
 void columns_color_sum(const uint8_t d[4], const uint8_t *was, uint8_t *rgba);
 
-/* Triangles and vertices; getting them fills the leaves' records but e_parent and link. */
+/*
+ * Triangles and vertices, v of them; putting takes triangle_columns_memory. Getting them fills the
+ * leaves' records but e_parent and link.
+ */
+size_t triangle_columns_memory(uint32_t n, uint32_t v);
 enum spc_status triangle_columns_put(const struct columns *c, const uint8_t *payload,
                                      struct planes_writer *w, struct spc_error *err);
 enum spc_status triangle_columns_get(const struct columns *c, struct planes_reader *r,
@@ -59,9 +64,9 @@ enum spc_status triangle_columns_get(const struct columns *c, struct planes_read
 /* Whole payloads. fails SPC_NO_MEMORY, SPC_CORRUPT (decode), SPC_INTERNAL (encode) */
 enum spc_status columns_encode(const struct spc_block *block, const struct spc_block_layout *layout,
                                const struct spc_frame *frame, const struct spc_family *families,
-                               uint32_t family_count, const uint8_t *payload, int level,
-                               uint8_t *out, size_t out_max, size_t *out_bytes,
-                               struct spc_error *err);
+                               uint32_t family_count, const uint8_t *payload,
+                               struct spc_encoder *encoder, uint8_t *out, size_t out_max,
+                               size_t *out_bytes, struct spc_error *err);
 enum spc_status columns_decode(const struct spc_block *block, const struct spc_block_layout *layout,
                                const struct spc_frame *frame, const uint8_t *in, size_t in_bytes,
                                uint8_t *payload, struct spc_error *err);

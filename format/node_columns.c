@@ -148,16 +148,15 @@ static void put_colors(const struct columns *c, const uint8_t *payload, uint8_t 
     }
 }
 
-enum spc_status node_columns_put(const struct columns *c, const uint8_t *payload,
-                                 struct planes_writer *w, struct spc_error *err)
+size_t node_columns_memory(uint32_t n)
 {
-    uint16_t *word = malloc(c->n * sizeof *word);
-    uint8_t *byte = malloc(c->n);
-    if (word == NULL || byte == NULL) {
-        free(word);
-        free(byte);
-        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the columns of a block");
-    }
+    return encoder_share(n * sizeof(uint16_t)) + encoder_share(n);
+}
+
+void node_columns_put(const struct columns *c, const uint8_t *payload, struct planes_writer *w)
+{
+    uint16_t *word = encoder_take(w->encoder, c->n * sizeof *word);
+    uint8_t *byte = encoder_take(w->encoder, c->n);
     put_positions(c, payload, word, w);
     for (int k = 0; k < 2; k++) {
         for (uint32_t i = 0; i < c->n; i++)
@@ -185,9 +184,6 @@ enum spc_status node_columns_put(const struct columns *c, const uint8_t *payload
     planes_put8(w, byte, c->n);
     if (c->layout->colors)
         put_colors(c, payload, byte, w);
-    free(word);
-    free(byte);
-    return SPC_OK;
 }
 
 /* ---- decoding ---------------------------------------------------------------------------------- */

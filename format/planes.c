@@ -10,27 +10,21 @@ enum { PLANE_ZSTD = 0, PLANE_PLAIN = 1, PLANE_CONSTANT = 2 };
 
 /* ---- writing ----------------------------------------------------------------------------------- */
 
-enum spc_status planes_begin(struct planes_writer *w, uint32_t plane_count, uint32_t count_max,
-                             int level, uint8_t *out, size_t out_max, struct spc_error *err)
+enum spc_status planes_begin(struct planes_writer *w, struct spc_encoder *encoder,
+                             uint32_t plane_count, uint32_t count_max, uint8_t *out, size_t out_max,
+                             struct spc_error *err)
 {
-    *w = (struct planes_writer){.level = level, .out = out, .out_max = out_max,
+    *w = (struct planes_writer){.encoder = encoder, .out = out, .out_max = out_max,
                                 .plane_count = plane_count, .used = (size_t)4 * plane_count};
-    w->zstd = ZSTD_createCCtx();
-    w->scratch = malloc((size_t)count_max + 1);
-    if (w->zstd == NULL || w->scratch == NULL || w->used > out_max) {
-        ZSTD_freeCCtx(w->zstd);
-        free(w->scratch);
-        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to compress a block");
-    }
+    w->scratch = encoder_take(encoder, count_max);
+    if (w->used > out_max)
+        return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "no room for the planes of a block");
     return SPC_OK;
 }
 
 static bool is_constant(const uint8_t *p, uint32_t n)
 {
-    for (uint32_t i = 1; i < n; i++)
-        if (p[i] != p[0])
-            return false;
-    return true;
+    return memcmp(p, p + 1, n - 1) == 0;
 }
 
 static void put_plane(struct planes_writer *w, const uint8_t *plane, uint32_t n)
@@ -51,7 +45,7 @@ static void put_plane(struct planes_writer *w, const uint8_t *plane, uint32_t n)
         if (size)
             out[0] = plane[0];
     } else if (n > 0) {
-        size = ZSTD_compressCCtx(w->zstd, out, room, plane, n, w->level);
+        size = ZSTD_compressCCtx(w->encoder->zstd, out, room, plane, n, w->encoder->level);
         if (ZSTD_isError(size) && ZSTD_getErrorCode(size) != ZSTD_error_dstSize_tooSmall) {
             w->status = SPC_NO_MEMORY;  /* stored plain, bytes would depend on the machine */
             return;
@@ -93,8 +87,6 @@ enum spc_status planes_finish(struct planes_writer *w, size_t *bytes, struct spc
 {
     if (w->status == SPC_OK && w->plane != w->plane_count)
         w->status = SPC_INTERNAL;
-    ZSTD_freeCCtx(w->zstd);
-    free(w->scratch);
     *bytes = w->used;
     if (w->status == SPC_NO_MEMORY)
         return spc_fail(err, w->status, SPC_NO_OFF, "no memory to compress a block");

@@ -7,14 +7,13 @@
 #ifndef SPC_PLANES_H
 #define SPC_PLANES_H
 
-#include "spc.h"
+#include "encoder.h"
 
 /* A plane's table entry: mode in the upper two bits, stored bytes in the others. */
 enum { PLANE_MODE_SHIFT = 30, PLANE_BYTES_MASK = (1 << PLANE_MODE_SHIFT) - 1 };
 
 struct planes_writer {
-    void *zstd;
-    int level;
+    struct spc_encoder *encoder;
     uint8_t *out;
     size_t out_max, used;           /* the table first, then what is stored */
     uint32_t plane, plane_count;
@@ -22,9 +21,13 @@ struct planes_writer {
     enum spc_status status;         /* the first failure; later calls do nothing */
 };
 
-/* plane_count planes of at most count_max values each will follow, into out[out_max]. */
-enum spc_status planes_begin(struct planes_writer *w, uint32_t plane_count, uint32_t count_max,
-                             int level, uint8_t *out, size_t out_max, struct spc_error *err);
+/*
+ * plane_count planes of at most count_max values each will follow, into out[out_max]. Takes count_max
+ * bytes of what is reserved in the encoder.
+ */
+enum spc_status planes_begin(struct planes_writer *w, struct spc_encoder *encoder,
+                             uint32_t plane_count, uint32_t count_max, uint8_t *out, size_t out_max,
+                             struct spc_error *err);
 void planes_put8(struct planes_writer *w, const uint8_t *values, uint32_t count);
 void planes_put16(struct planes_writer *w, const uint16_t *values, uint32_t count);
 void planes_put64(struct planes_writer *w, const uint64_t *values, uint32_t width, uint32_t count);

@@ -477,21 +477,30 @@ enum spc_status spc_writer_finish(struct spc_writer *writer, struct spc_error *e
 void spc_writer_close(struct spc_writer *writer);
 
 /*
+ * What encoding needs, kept from block to block; for one thread at a time. level: zstd's.
+ * fails  SPC_NO_MEMORY
+ */
+struct spc_encoder;
+enum spc_status spc_encoder_create(int level, struct spc_encoder **out, struct spc_error *err);
+void spc_encoder_free(struct spc_encoder *encoder);
+
+/*
  * Encodes a payload (struct spc_block_layout) with block->codec.
  *
  * in     families[family_count] in canonical order: together all nodes of the block. With
  *        triangles, leaf records are those of spc_leaf_record, vertices are numbered by first use
  *        in canonical order, and leaves of a family share e_parent and link. In inner blocks links
  *        of nodes whose parent lies in the block are those of spc_link_record.
- *        payload[layout->bytes]; level: zstd level
+ *        payload[layout->bytes]
  * out    stored[spc_block_stored_bound(layout->bytes)]; block->stored_bytes
  * fails  SPC_NO_MEMORY, SPC_INTERNAL
  */
 size_t spc_block_stored_bound(uint32_t raw_bytes);
 enum spc_status spc_block_encode(struct spc_block *block, const struct spc_block_layout *layout,
                                  const struct spc_frame *frame, const struct spc_family *families,
-                                 uint32_t family_count, const uint8_t *payload, int level,
-                                 uint8_t *stored, struct spc_error *err);
+                                 uint32_t family_count, const uint8_t *payload,
+                                 struct spc_encoder *encoder, uint8_t *stored,
+                                 struct spc_error *err);
 
 /*
  * A leaf's disk from its triangle (section 6.5): fills x, y, z, normal, e_self, radius and height

@@ -164,21 +164,39 @@ static inline bool tell_triangle(const struct columns *c, struct triangle_arrays
     return true;
 }
 
+/* Bytes an entry of the arrays below: of vertices, of triangles. */
+enum { VERTEX_ARRAYS = 3 * 8 + 24 + 6 + 8 + 4, TRIANGLE_ARRAYS = 6 + 1 + 1 + 3, ARRAYS = 14 };
+
+size_t triangle_columns_memory(uint32_t n, uint32_t v)
+{
+    return (size_t)v * VERTEX_ARRAYS + (size_t)n * TRIANGLE_ARRAYS + ARRAYS * encoder_share(1);
+}
+
+static void take_arrays(const struct columns *c, struct spc_encoder *e, struct triangle_arrays *t,
+                        struct telling *s)
+{
+    const size_t n = c->n, v = c->block->vertex_count;
+    for (int a = 0; a < 3; a++)
+        t->residual[a] = encoder_take(e, v * sizeof *t->residual[a]);
+    t->vertex = encoder_take(e, v * sizeof *t->vertex);
+    t->model = encoder_take(e, v * sizeof *t->model);
+    t->explicit = encoder_take(e, 3 * n * sizeof *t->explicit);
+    t->edge = encoder_take(e, n);
+    t->third = encoder_take(e, n);
+    t->loose = encoder_take(e, 3 * n);
+    for (int k = 0; k < 4; k++)
+        t->color[k] = encoder_take(e, v);
+    edge_index_init(&s->index, encoder_take(e, 2 * v * sizeof(uint32_t)), (uint32_t)v);
+}
+
 enum spc_status triangle_columns_put(const struct columns *c, const uint8_t *payload,
                                      struct planes_writer *w, struct spc_error *err)
 {
     const uint32_t v = c->block->vertex_count;
     struct triangle_arrays t;
     struct telling s = {.seen = 0};
-    void *memory = arrays_create(c->n, v, &t);
-    uint32_t *index = malloc(((size_t)2 * v + 1) * sizeof *index);
-    if (memory == NULL || index == NULL) {
-        free(memory);
-        free(index);
-        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the columns of a block");
-    }
     bool ok = true;
-    edge_index_init(&s.index, index, v);
+    take_arrays(c, w->encoder, &t, &s);
     load_vertices(c, payload, &t);
     for (uint32_t i = 0; i < c->n && ok; i++) {
         const uint8_t *p = payload + c->layout->indices + (size_t)6 * c->place[i];
@@ -197,8 +215,6 @@ enum spc_status triangle_columns_put(const struct columns *c, const uint8_t *pay
         for (int k = 0; k < 4 && c->layout->vertex_colors; k++)
             planes_put8(w, t.color[k], v);
     }
-    free(memory);
-    free(index);
     return ok ? SPC_OK : spc_fail(err, SPC_INTERNAL, SPC_NO_OFF,
                                   "vertices of a block are not numbered by first use");
 }

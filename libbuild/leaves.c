@@ -11,7 +11,6 @@
 #include "vectors.h"
 
 #include <assert.h>
-#include <stdlib.h>
 
 enum { KEY_BITS = 21 };
 
@@ -197,7 +196,7 @@ enum spc_status pack_leaves(struct pack *p, int step_exp, struct spc_error *err)
     }
     l->step_exp = step_exp;
     if (!keys_fit(p) && count > 0) {
-        l->wide = malloc(count * sizeof *l->wide);
+        l->wide = pack_scratch_buffer(p->memory, PACK_WIDE, count * sizeof *l->wide);
         if (l->wide == NULL)
             return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to pack a cluster");
     }

@@ -16,7 +16,8 @@ enum spc_status spb_pack_shared_init(struct spb_pack_shared *shared,
     *shared = (struct spb_pack_shared){.options = *options, .space = space, .spool = spool,
                                        .format = *format};
     shared->axis_of = malloc(65536);
-    if (shared->axis_of == NULL)
+    shared->scratches = pack_scratches_create(options->level);
+    if (shared->axis_of == NULL || shared->scratches == NULL)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the normal clusters");
     spc_axes_standard(groups, shared->axes);
     for (uint32_t g = 0; g < groups; g++) {
@@ -33,7 +34,9 @@ enum spc_status spb_pack_shared_init(struct spb_pack_shared *shared,
 void spb_pack_shared_release(struct spb_pack_shared *shared)
 {
     free(shared->axis_of);
+    pack_scratches_free(shared->scratches);
     shared->axis_of = NULL;
+    shared->scratches = NULL;
 }
 
 /* ---- the directory record ---------------------------------------------------------------------- */
@@ -145,7 +148,7 @@ struct memory {
     size_t used;
 };
 
-static void *take(struct memory *m, size_t count, size_t size)
+static void *part_of(struct memory *m, size_t count, size_t size)
 {
     uint8_t *array = m->bytes ? m->bytes + m->used : NULL;
     m->used += (count * size + 15) / 16 * 16;
@@ -159,48 +162,49 @@ static size_t lay_out(struct pack *p, uint8_t *bytes)
     struct memory m = {bytes, 0};
     for (int k = 0; k < 2; k++) {
         struct pack_kind *s = &p->kind[k];
-        s->normal = take(&m, n, sizeof *s->normal);
-        s->cone = take(&m, n, sizeof *s->cone);
-        s->rgba = take(&m, n, sizeof *s->rgba);
-        s->families = take(&m, n, sizeof *s->families);
-        s->list = take(&m, n, sizeof *s->list);
+        s->normal = part_of(&m, n, sizeof *s->normal);
+        s->cone = part_of(&m, n, sizeof *s->cone);
+        s->rgba = part_of(&m, n, sizeof *s->rgba);
+        s->families = part_of(&m, n, sizeof *s->families);
+        s->list = part_of(&m, n, sizeof *s->list);
     }
     struct pack_leaves *l = &p->leaves;
-    l->record = take(&m, n, sizeof *l->record);
+    l->record = part_of(&m, n, sizeof *l->record);
     for (int a = 0; a < 3; a++)
-        l->at[a] = take(&m, n, sizeof *l->at[a]);
-    l->normal = take(&m, n, sizeof *l->normal);
-    l->e_self = take(&m, n, sizeof *l->e_self);
-    l->radius = take(&m, n, sizeof *l->radius);
-    l->height = take(&m, n, sizeof *l->height);
-    l->key = take(&m, n, sizeof *l->key);
+        l->at[a] = part_of(&m, n, sizeof *l->at[a]);
+    l->normal = part_of(&m, n, sizeof *l->normal);
+    l->e_self = part_of(&m, n, sizeof *l->e_self);
+    l->radius = part_of(&m, n, sizeof *l->radius);
+    l->height = part_of(&m, n, sizeof *l->height);
+    l->key = part_of(&m, n, sizeof *l->key);
     if (p->shared->options.flags & SPC_FLAG_COLORS)
-        l->rgba = take(&m, n, sizeof *l->rgba);
-    p->inner = take(&m, n, sizeof *p->inner);
-    p->levels = take(&m, n < 65537 ? 65537 : n, sizeof *p->levels);
-    p->scratch = take(&m, 2 * n + 2, sizeof *p->scratch);
-    p->children = take(&m, n, sizeof *p->children);
-    p->normals = take(&m, 2 * n, sizeof *p->normals);
-    p->blocks = take(&m, 2 * n, sizeof *p->blocks);
+        l->rgba = part_of(&m, n, sizeof *l->rgba);
+    p->inner = part_of(&m, n, sizeof *p->inner);
+    p->levels = part_of(&m, n < 65537 ? 65537 : n, sizeof *p->levels);
+    p->scratch = part_of(&m, 2 * n + 2, sizeof *p->scratch);
+    p->children = part_of(&m, n, sizeof *p->children);
+    p->normals = part_of(&m, 2 * n, sizeof *p->normals);
+    p->blocks = part_of(&m, 2 * n, sizeof *p->blocks);
     return m.used;
 }
 
 static bool pack_create(struct pack *p)
 {
     struct pack dry = *p;
-    p->memory = malloc(lay_out(&dry, NULL));
+    p->memory = pack_scratch_take(p->shared->scratches);
     p->out = calloc(1, sizeof *p->out);
-    if (p->memory == NULL || p->out == NULL)
+    void *arrays = p->memory ? pack_scratch_buffer(p->memory, PACK_ARRAYS, lay_out(&dry, NULL)) : NULL;
+    if (arrays == NULL || p->out == NULL)
         return false;
-    lay_out(p, p->memory);
+    lay_out(p, arrays);
     p->out->inner_e_min = UINT16_MAX;
     return true;
 }
 
 static void pack_release(struct pack *p)
 {
-    free(p->memory);
-    free(p->leaves.wide);
+    if (p->memory != NULL)
+        pack_scratch_give(p->shared->scratches, p->memory);
     spb_cluster_free(p->out);
 }
 

@@ -8,6 +8,7 @@
 #ifndef SPB_PACK_H
 #define SPB_PACK_H
 
+#include "scratch.h"
 #include "spool.h"
 #include "tree.h"
 
@@ -18,7 +19,7 @@ struct spb_pack_options {
     int level;                      /* zstd */
 };
 
-/* Shared by all threads of a build, read only. */
+/* Shared by all threads of a build, read only but for what locks itself. */
 struct spb_pack_shared {
     struct spb_pack_options options;
     const struct spb_space *space;
@@ -27,6 +28,7 @@ struct spb_pack_shared {
     double axis[128][3];            /* unit */
     uint8_t *axis_of;               /* [65536] nearest axis of a normal code */
     struct spb_spool *spool;
+    struct pack_scratches *scratches;           /* scratch.h: memory of packing, in turns */
 };
 enum spc_status spb_pack_shared_init(struct spb_pack_shared *shared,
                                      const struct spb_pack_options *options,

@@ -77,7 +77,7 @@ struct pack {
     const struct spb_pack_shared *shared;
     const struct spb_node *owner;   /* NULL for the root's cluster */
     uint32_t node_max;
-    void *memory;                   /* of all arrays here, node_max nodes each */
+    struct pack_scratch *memory;    /* of all arrays here, node_max nodes each */
     struct pack_kind kind[2];       /* by enum spc_block_kind */
     struct pack_inner *inner;
     struct pack_leaves leaves;
@@ -134,12 +134,10 @@ struct pack_weld {
     struct pack_vertex *vertices;   /* by first use in canonical order */
     uint32_t count;
     uint16_t *indices;              /* [3 leaves] canonical order */
-    void *memory;
 };
-/* fails SPC_NO_MEMORY; pack_weld_release in any case */
+/* Arrays live until the next block. fails SPC_NO_MEMORY */
 enum spc_status pack_weld(const struct pack *p, const struct pack_block *b, struct pack_weld *out,
                           struct spc_error *err);
-void pack_weld_release(struct pack_weld *weld);
 
 /* Lattice number of a vertex, from the origin. */
 static inline int64_t pack_vertex_at(const struct pack *p, const struct pack_vertex *v, int a)

@@ -9,7 +9,6 @@
 
 #include <assert.h>
 #include <math.h>
-#include <stdlib.h>
 
 /* ---- triangles --------------------------------------------------------------------------------- */
 
@@ -240,69 +239,53 @@ static void store_family(struct pack *p, const struct pack_block *pb, const stru
 
 /* ---- a block ----------------------------------------------------------------------------------- */
 
-struct scratch {                    /* of one block */
-    struct pack_weld weld;
-    uint32_t *place;                /* [count] */
-    struct spc_family *families;
-    uint8_t *payload, *stored;
-};
-
-static void scratch_release(struct scratch *t)
+static void store_all(struct pack *p, const struct pack_block *pb, const struct pack_weld *weld,
+                      const int64_t base[3], const struct spc_block *b,
+                      const struct spc_block_layout *l, uint8_t *payload)
 {
-    pack_weld_release(&t->weld);
-    free(t->place);
-    free(t->families);
-    free(t->payload);
-    free(t->stored);
+    uint32_t *place = p->levels;
+    memset(payload, 0, l->bytes);
+    place_nodes(p, pb, place);
+    for (uint32_t f = 0, at = 0; f < pb->family_count; at += pack_family_of(p, pb, f++)->count)
+        store_family(p, pb, pack_family_of(p, pb, f), place + at, b, l, payload);
+    store_groups(p, pb, payload + l->groups);
+    if (l->indices == 0)
+        return;
+    store_indices(pb, place, weld->indices, payload + l->indices);
+    store_vertices(p, weld, base, b->vertex_width, l, payload);
 }
 
-static enum spc_status encode_block(struct pack *p, uint32_t k, struct scratch *t,
-                                    struct spc_error *err)
+enum spc_status pack_payload(struct pack *p, uint32_t k, struct spc_error *err)
 {
     const struct spb_pack_options *o = &p->shared->options;
     const struct pack_block *pb = &p->blocks[k];
     struct spc_block *b = &p->out->blocks[k];
     const bool triangles = pb->kind == SPC_BLOCK_LEAF && (o->flags & SPC_FLAG_TRIANGLES);
+    struct spc_family *families = (struct spc_family *)p->scratch;
+    struct pack_weld weld = {.count = 0};
     int64_t base[3] = {0, 0, 0};
     struct spc_block_layout l;
     enum spc_status status = SPC_OK;
     measure_block(p, pb, b);
-    t->place = malloc(pb->count * sizeof *t->place);
-    t->families = malloc(pb->family_count * sizeof *t->families);
     if (triangles)
-        status = pack_weld(p, pb, &t->weld, err);
+        status = pack_weld(p, pb, &weld, err);
     if (status != SPC_OK)
         return status;
     if (triangles) {
-        b->vertex_count = t->weld.count;
-        b->vertex_width = vertex_range(p, &t->weld, base);
+        b->vertex_count = weld.count;
+        b->vertex_width = vertex_range(p, &weld, base);
     }
     if (!spc_block_layout(b, o->flags, o->normal_clusters, &l))
         return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "a block is over the limits");
-    t->payload = calloc(1, l.bytes);
-    t->stored = malloc(spc_block_stored_bound(l.bytes));
-    if (!t->place || !t->families || !t->payload || !t->stored)
+    uint8_t *payload = pack_scratch_buffer(p->memory, PACK_PAYLOAD, l.bytes);
+    uint8_t *stored = pack_scratch_buffer(p->memory, PACK_STORED, spc_block_stored_bound(l.bytes));
+    if (payload == NULL || stored == NULL)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to pack a block");
-    place_nodes(p, pb, t->place);
-    for (uint32_t f = 0, at = 0; f < pb->family_count; at += pack_family_of(p, pb, f++)->count)
-        store_family(p, pb, pack_family_of(p, pb, f), t->place + at, b, &l, t->payload);
-    store_groups(p, pb, t->payload + l.groups);
-    if (triangles) {
-        store_indices(pb, t->place, t->weld.indices, t->payload + l.indices);
-        store_vertices(p, &t->weld, base, b->vertex_width, &l, t->payload);
-    }
-    fill_families(p, pb, k, t->families);
-    return spc_block_encode(b, &l, &p->frame, t->families, pb->family_count, t->payload, o->level,
-                            t->stored, err);
-}
-
-enum spc_status pack_payload(struct pack *p, uint32_t k, struct spc_error *err)
-{
-    struct scratch t = {.place = NULL};
-    enum spc_status status = encode_block(p, k, &t, err);
-    if (status == SPC_OK)
-        status = spb_tmpfile_append(spb_spool_file(p->shared->spool), t.stored,
-                                    p->out->blocks[k].stored_bytes, &p->out->stored_off[k], err);
-    scratch_release(&t);
-    return status;
+    store_all(p, pb, &weld, base, b, &l, payload);
+    fill_families(p, pb, k, families);
+    status = spc_block_encode(b, &l, &p->frame, families, pb->family_count, payload, p->memory->encoder,
+                              stored, err);
+    return status != SPC_OK ? status
+                            : spb_tmpfile_append(spb_spool_file(p->shared->spool), stored,
+                                                 b->stored_bytes, &p->out->stored_off[k], err);
 }

@@ -190,16 +190,17 @@ static uint32_t slots_for(uint32_t count)
     return slots;
 }
 
-static void *memory_create(uint32_t count, bool wide, struct memory *m)
+static bool lay_out(const struct pack *p, uint32_t count, struct memory *m)
 {
+    const bool wide = p->leaves.wide != NULL;
     m->slots_max = slots_for(6 * count);
     const size_t bytes = (size_t)count * (3 * sizeof *m->vertices + 6 * sizeof *m->edges +
                                           sizeof *m->leaves + 3 * sizeof *m->indices + 2 +
                                           (wide ? 3 * sizeof *m->values + sizeof *m->keys : 0)) +
                          m->slots_max * sizeof *m->slots + 8;
-    uint8_t *at = malloc(bytes);
+    uint8_t *at = pack_scratch_buffer(p->memory, PACK_WELD, bytes);
     if (at == NULL)
-        return NULL;
+        return false;
     m->vertices = (struct pack_vertex *)at;
     m->values = (double *)(m->vertices + 3 * (size_t)count);
     m->keys = (uint64_t (*)[3])(m->values + (wide ? 3 * (size_t)count : 0));
@@ -207,7 +208,7 @@ static void *memory_create(uint32_t count, bool wide, struct memory *m)
     m->edges = m->slots + m->slots_max;
     m->leaves = m->edges + 6 * (size_t)count;
     m->indices = (uint16_t *)(m->leaves + count);
-    return at;
+    return true;
 }
 
 static void list_leaves(const struct pack *p, const struct pack_block *b, uint32_t *leaves)
@@ -257,22 +258,13 @@ enum spc_status pack_weld(const struct pack *p, const struct pack_block *b, stru
                           struct spc_error *err)
 {
     struct memory m;
-    *out = (struct pack_weld){.memory = memory_create(b->count, p->leaves.wide != NULL, &m)};
-    if (out->memory == NULL)
+    if (!lay_out(p, b->count, &m))
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to pack a block");
     struct set set = {.vertices = m.vertices, .slots = m.slots, .mask = slots_for(b->count) - 1};
     list_leaves(p, b, m.leaves);
     if (p->leaves.wide)
         rank_corners(p, m.leaves, b->count, m.values, m.keys);
     weld_all(p, &m, b->count, &set);
-    out->vertices = m.vertices;
-    out->count = set.count;
-    out->indices = m.indices;
+    *out = (struct pack_weld){.vertices = m.vertices, .count = set.count, .indices = m.indices};
     return SPC_OK;
-}
-
-void pack_weld_release(struct pack_weld *weld)
-{
-    free(weld->memory);
-    *weld = (struct pack_weld){.count = 0};
 }

@@ -7,6 +7,15 @@
 
 enum { N = 3000, MAX = 4 * N };
 
+/* One with room for N values a plane; the test ends it. */
+static struct spc_encoder *encoder(void)
+{
+    struct spc_encoder *e = NULL;
+    ck_assert_int_eq(spc_encoder_create(1, &e, NULL), SPC_OK);
+    ck_assert_int_eq(encoder_reserve(e, encoder_share(N), NULL), SPC_OK);
+    return e;
+}
+
 /* Compressible, but not constant. */
 static void fill(uint8_t *values)
 {
@@ -17,10 +26,12 @@ static void fill(uint8_t *values)
 static size_t store(const uint8_t *values, uint8_t *out)
 {
     struct planes_writer w;
+    struct spc_encoder *e = encoder();
     size_t bytes = 0;
-    ck_assert_int_eq(planes_begin(&w, 1, N, 1, out, MAX, NULL), SPC_OK);
+    ck_assert_int_eq(planes_begin(&w, e, 1, N, out, MAX, NULL), SPC_OK);
     planes_put8(&w, values, N);
     ck_assert_int_eq(planes_finish(&w, &bytes, NULL), SPC_OK);
+    spc_encoder_free(e);
     return bytes;
 }
 
@@ -39,6 +50,7 @@ START_TEST(columns_of_every_width_come_back)
     static uint64_t c[N], c2[N];
     static uint8_t a2[N];
     struct planes_writer w;
+    struct spc_encoder *e = encoder();
     struct planes_reader r;
     size_t bytes = 0;
     uint64_t state = 1;
@@ -48,11 +60,12 @@ START_TEST(columns_of_every_width_come_back)
         b[i] = (uint16_t)(i / 10);                      /* compressed; its high plane too */
         c[i] = (state >> 20 & 0xFFFF) | (uint64_t)7 << 40;      /* constant planes, zero planes */
     }
-    ck_assert_int_eq(planes_begin(&w, 1 + 2 + 8, N, 1, out, sizeof out, NULL), SPC_OK);
+    ck_assert_int_eq(planes_begin(&w, e, 1 + 2 + 8, N, out, sizeof out, NULL), SPC_OK);
     planes_put8(&w, a, N);
     planes_put16(&w, b, N);
     planes_put64(&w, c, 8, N);
     ck_assert_int_eq(planes_finish(&w, &bytes, NULL), SPC_OK);
+    spc_encoder_free(e);
     ck_assert_int_eq(planes_open(&r, 1 + 2 + 8, N, out, bytes, NULL), SPC_OK);
     planes_get8(&r, a2, N);
     planes_get16(&r, b2, N);
@@ -92,12 +105,14 @@ START_TEST(a_window_is_no_larger_than_what_readers_keep)
 {
     static uint8_t values[N], back[N], out[MAX];
     struct planes_writer w;
+    struct spc_encoder *e = encoder();
     struct planes_reader r;
     size_t bytes = 0;
     fill(values);
-    ck_assert_int_eq(planes_begin(&w, 1, N, 1, out, MAX, NULL), SPC_OK);
+    ck_assert_int_eq(planes_begin(&w, e, 1, N, out, MAX, NULL), SPC_OK);
     planes_put8(&w, values, 160);
     ck_assert_int_eq(planes_finish(&w, &bytes, NULL), SPC_OK);
+    spc_encoder_free(e);
     ck_assert_uint_eq(out[4 + 4], 0x20);
     out[4 + 4] = 0;
     ck_assert_int_eq(planes_open(&r, 1, N, out, bytes, NULL), SPC_OK);

@@ -16,7 +16,7 @@ enum { ROUNDS = 15, PACK_ROUNDS = 3, ARCHIVES_MAX = 16 };
 
 struct entry {
     char codec[16];
-    int level;
+    struct spc_encoder *encoder;
     struct bench_archive archive;
     uint64_t color_bytes;
     double decode[ROUNDS], check[ROUNDS], pack[PACK_ROUNDS];
@@ -86,7 +86,7 @@ static double pack_block(const struct entry *e, const struct spc_tree *t,
     uint8_t *stored = bench_memory(spc_block_stored_bound(l.bytes));
     const uint32_t bytes = b.stored_bytes;
     const double began = bench_cpu();
-    bench_must(spc_block_encode(&b, &l, &frame, f.list, f.count, a->payload, e->level, stored, &err),
+    bench_must(spc_block_encode(&b, &l, &frame, f.list, f.count, a->payload, e->encoder, stored, &err),
                a->path, &err);
     const double spent = bench_cpu() - began;
     if (b.stored_bytes != bytes || memcmp(stored, file + b.off + CH_SIZE, bytes) != 0) {
@@ -121,7 +121,9 @@ static double pack_all(const struct entry *e)
 
 static struct entry open_entry(const char *argument)
 {
-    struct entry e = {.level = 1};
+    struct entry e = {.encoder = NULL};
+    struct spc_error err = {0};
+    int level = 1;
     const char *equals = strchr(argument, '=');
     if (equals == NULL || equals == argument || equals - argument >= (int)sizeof e.codec) {
         fprintf(stderr, "'%s' is not CODEC=ARCHIVE\n", argument);
@@ -129,10 +131,10 @@ static struct entry open_entry(const char *argument)
     }
     memcpy(e.codec, argument, (size_t)(equals - argument));
     if (strncmp(e.codec, "zstd:", 5) == 0)
-        e.level = atoi(e.codec + 5);
+        level = atoi(e.codec + 5);
     e.archive = bench_open(equals + 1);
+    bench_must(spc_encoder_create(level, &e.encoder, &err), e.archive.path, &err);
     uint64_t streams[SPC_STREAM_COUNT] = {0};
-    struct spc_error err = {0};
     for (uint32_t i = 0; i < e.archive.header->block_count; i++)
         bench_must(spc_block_streams(e.archive.reader, i, streams, &err), e.archive.path, &err);
     e.color_bytes = streams[SPC_STREAM_COLOR] + streams[SPC_STREAM_VERTEX_COLOR];
@@ -181,6 +183,7 @@ int main(int argc, char **argv)
     for (int i = 0; i < count; i++) {
         print_entry(&entries[i]);
         bench_close(&entries[i].archive);
+        spc_encoder_free(entries[i].encoder);
     }
     return 0;
 }
