@@ -1,10 +1,15 @@
 #include "budget.h"
 
+#include "tree.h"
+
 enum {
-    FIXED_BYTES = 12 << 20,         /* code, libraries, stacks, what malloc loses */
+    FIXED_BYTES = 10 << 20,         /* code, libraries, stacks, what malloc loses */
     LISTS_A_FACE_SHIFT = 2,         /* a quarter byte: records of clusters, extents, plan */
-    BYTES_A_FACE = 400,             /* a part: its records, keys and nodes */
-    BYTES_A_NODE = 360,             /* packing a cluster */
+    PART_BYTES_A_FACE = 32 + 3 * (int)sizeof(struct spb_node) / 2,      /* beside the record: keys, nodes */
+    PACKING_A_NODE = 520,           /* scratch.h, and the coder's payload */
+    PACKING_FIXED = 2 << 20,        /* of it zstd's tables */
+    TREES_A_JOIN = 5,               /* four children, and the one that is read or kept */
+    WAITING_TREES = 36,             /* three siblings a level of a plan of 12 levels */
     PART_FACES_MIN = 4096,
     PART_FACES_EVEN = 65536,        /* smaller parts are not worth a thread */
     PARTS_A_THREAD = 4,             /* keep the cores busy to the end */
@@ -16,24 +21,33 @@ static uint64_t at_least(uint64_t v, uint64_t least)
     return v > least ? v : least;
 }
 
+static uint64_t at_most(uint64_t v, uint64_t most)
+{
+    return v < most ? v : most;
+}
+
 static uint64_t less(uint64_t v, uint64_t taken)
 {
     return v > taken ? v - taken : 0;
 }
 
-static void make_parts(const struct spb_budget_input *in, uint64_t room, struct spb_budget *out)
+/* A join and a part a thread are sure; the rest is shared out. */
+static void make_parts(const struct spb_budget_input *in, uint64_t lists, struct spb_budget *out)
 {
-    const uint64_t packing = (uint64_t)in->cluster_nodes * BYTES_A_NODE;
-    const uint64_t smallest = packing + (uint64_t)PART_FACES_MIN * BYTES_A_FACE;
-    out->waiting = room / 4;
-    room -= out->waiting;
-    out->threads = in->threads;
-    if (out->threads > room / smallest)             /* even the smallest parts must fit */
-        out->threads = (unsigned)at_least(room / smallest, 1);
-    out->part_faces = less(room / out->threads, packing) / BYTES_A_FACE;
+    const uint64_t nodes = at_most(in->cluster_nodes, in->faces * 3 / 2 + 1);
+    const uint64_t join = TREES_A_JOIN * nodes * (sizeof(struct spb_node) + in->record_bytes * 3 / 4);
+    const uint64_t packing = nodes * PACKING_A_NODE + PACKING_FIXED;
+    const uint64_t face = PART_BYTES_A_FACE + in->record_bytes;
+    const uint64_t smallest = packing + PART_FACES_MIN * face;
+    out->least = lists + join + smallest;
+    uint64_t room = at_least(less(in->memory, lists + join), smallest);
+    out->waiting = at_most((room - smallest) / 3, WAITING_TREES * join / TREES_A_JOIN);
+    out->joins = (unsigned)at_most(1 + out->waiting / join, in->threads);
+    room -= out->waiting + (out->joins - 1) * join;
+    out->threads = (unsigned)at_least(at_most(in->threads, room / smallest), 1);
     const uint64_t even = at_least(in->faces / (PARTS_A_THREAD * (uint64_t)out->threads),
                                    PART_FACES_EVEN);
-    out->part_faces = at_least(out->part_faces < even ? out->part_faces : even, PART_FACES_MIN);
+    out->part_faces = at_least(at_most(less(room / out->threads, packing) / face, even), PART_FACES_MIN);
 }
 
 void spb_budget_make(const struct spb_budget_input *in, struct spb_budget *out)
@@ -45,7 +59,7 @@ void spb_budget_make(const struct spb_budget_input *in, struct spb_budget *out)
     const bool on_disk = table > out->table;
     out->buffers = on_disk ? room / 2 : room - table;
     out->buffers = out->buffers / 8 * 7;            /* batches of faces on their way */
-    make_parts(in, room, out);
+    make_parts(in, lists, out);
     out->temp = in->faces * in->record_bytes + (on_disk ? in->faces * 3 * in->vertex_bytes : 0);
     out->output = in->faces * ARCHIVE_BYTES_A_FACE;
 }

@@ -16,6 +16,8 @@ struct spb_budget {
     uint64_t part_faces;            /* most faces of a part */
     unsigned threads;               /* that build parts */
     uint64_t waiting;               /* bytes: of built parts that wait for their neighbours */
+    unsigned joins;                 /* nodes above the parts that are built at once */
+    uint64_t least;                 /* bytes: less memory than this does not do */
     uint64_t temp;                  /* bytes of disk that temporary files take at their most */
     uint64_t output;                /* and the archive, at least */
 };

@@ -105,7 +105,7 @@ static enum spc_status open_source(struct build *b, struct spc_error *err)
     return SPC_OK;
 }
 
-static void make_budget(struct build *b)
+static enum spc_status make_budget(struct build *b, struct spc_error *err)
 {
     const struct spb_source_info *info = spb_source_info(b->source);
     const struct spb_record_format format = spb_record_format(info->wide, info->colors);
@@ -121,6 +121,12 @@ static void make_budget(struct build *b)
         b->budget.part_faces = b->options->part_faces;
     if (b->options->slice_log2 > 0 || b->options->vertices_on_disk)
         b->budget.table = 0;
+    if (b->budget.least <= b->options->memory)
+        return SPC_OK;
+    return spc_fail(err, SPC_LIMIT, SPC_NO_OFF,
+                    "clusters of %u nodes take at least %llu MB of memory to build, --memory is %llu MB",
+                    b->options->cluster_nodes, (unsigned long long)(b->budget.least >> 20) + 1,
+                    (unsigned long long)(b->options->memory >> 20));
 }
 
 /* Before the long work rather than after it: is there room for what will surely be written? */
@@ -353,7 +359,8 @@ static enum spc_status plan_parts(struct build *b, struct spc_error *err)
     if (status != SPC_OK)
         return status;
     b->report->parts = b->plan.part_count;
-    return spb_top_init(&b->top, &b->plan, b->faces_file, &b->shared, err);
+    return spb_top_init(&b->top, &b->plan, b->faces_file, &b->shared, b->budget.waiting,
+                        b->budget.joins, err);
 }
 
 static enum spc_status build_tree(struct build *b, struct spc_error *err)
@@ -465,8 +472,9 @@ static enum spc_status prepare(struct build *b, struct spc_error *err)
     enum spc_status status = open_source(b, err);
     if (status == SPC_OK) {         /* before the long work: a target that cannot be written */
         b->in_scan = false;
-        make_budget(b);
-        status = check_target(b->options, err);
+        status = make_budget(b, err);
+        if (status == SPC_OK)
+            status = check_target(b->options, err);
         if (status == SPC_OK)
             status = spc_writer_create(b->options->out, b->options->force, &b->writer, err);
         if (status == SPC_OK)

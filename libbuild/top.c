@@ -17,6 +17,8 @@ struct tree {
 
 struct spb_subtree {
     struct tree tree;
+    bool on_disk;                   /* nodes, then records, at off */
+    uint64_t off;
     uint32_t parent;                /* plan node; SPC_NONE for the root */
     atomic_uint missing;            /* children that are not built */
 };
@@ -227,12 +229,65 @@ static void append(const struct tree *tree, uint32_t record_bytes, uint32_t root
     out->height = tree->height + 1 > out->height ? tree->height + 1 : out->height;
 }
 
+static uint64_t tree_bytes(const struct spb_top *top, const struct tree *tree)
+{
+    return (uint64_t)tree->node_count * sizeof *tree->nodes +
+           (uint64_t)tree->record_count * top->shared->format.bytes;
+}
+
+/* A built tree waits for its siblings: in memory while there is room, else on disk. */
+static enum spc_status wait_for_siblings(struct spb_top *top, struct spb_subtree *s,
+                                         struct spc_error *err)
+{
+    const uint64_t bytes = tree_bytes(top, &s->tree);
+    pthread_mutex_lock(&top->lock);
+    s->on_disk = bytes > top->waiting_max - top->waiting;
+    if (!s->on_disk)
+        top->waiting += bytes;
+    pthread_mutex_unlock(&top->lock);
+    if (!s->on_disk)
+        return SPC_OK;
+    struct iovec parts[2] = {
+        {s->tree.nodes, s->tree.node_count * sizeof *s->tree.nodes},
+        {s->tree.records, (size_t)s->tree.record_count * top->shared->format.bytes},
+    };
+    const enum spc_status status = spb_tmpfile_append_parts(top->file, parts, 2, &s->off, err);
+    free(s->tree.nodes);
+    free(s->tree.records);
+    s->tree.nodes = NULL;
+    s->tree.records = NULL;
+    return status;
+}
+
+static enum spc_status end_waiting(struct spb_top *top, struct spb_subtree *s, struct spc_error *err)
+{
+    const uint64_t bytes = tree_bytes(top, &s->tree);
+    if (!s->on_disk) {
+        pthread_mutex_lock(&top->lock);
+        top->waiting -= bytes;
+        pthread_mutex_unlock(&top->lock);
+        return SPC_OK;
+    }
+    const size_t node_bytes = s->tree.node_count * sizeof *s->tree.nodes;
+    s->tree.nodes = malloc(node_bytes);
+    s->tree.records = malloc((size_t)(bytes - node_bytes) + 1);
+    if (s->tree.nodes == NULL || s->tree.records == NULL)
+        return no_memory(err);
+    enum spc_status status = spb_tmpfile_read(top->file, s->off, s->tree.nodes, node_bytes, err);
+    if (status == SPC_OK)
+        status = spb_tmpfile_read(top->file, s->off + node_bytes, s->tree.records,
+                                  (size_t)(bytes - node_bytes), err);
+    spb_tmpfile_discard(top->file, s->off, bytes);
+    return status;
+}
+
 /* The children's trees under a new root. They are freed. */
 static enum spc_status join(struct spb_top *top, const struct spb_plan_node *plan,
                             struct tree *out, struct spc_error *err)
 {
     const uint32_t bytes = top->shared->format.bytes;
     uint64_t nodes = 1, records = 0;
+    enum spc_status status = SPC_OK;
     for (uint32_t k = 0; k < plan->child_count; k++) {
         nodes += top->subtrees[plan->child[k]].tree.node_count;
         records += top->subtrees[plan->child[k]].tree.record_count;
@@ -245,12 +300,31 @@ static enum spc_status join(struct spb_top *top, const struct spb_plan_node *pla
         return no_memory(err);
     out->nodes[0] = (struct spb_node){.child_first = 1, .child_count = (uint8_t)plan->child_count};
     out->node_count = 1 + plan->child_count;
-    for (uint32_t k = 0; k < plan->child_count; k++) {
-        struct tree *child = &top->subtrees[plan->child[k]].tree;
-        append(child, bytes, 1 + k, out);
-        tree_release(child);
+    for (uint32_t k = 0; k < plan->child_count && status == SPC_OK; k++) {
+        struct spb_subtree *child = &top->subtrees[plan->child[k]];
+        status = end_waiting(top, child, err);
+        if (status == SPC_OK)
+            append(&child->tree, bytes, 1 + k, out);
+        tree_release(&child->tree);
     }
-    return SPC_OK;
+    return status;
+}
+
+static void begin_join(struct spb_top *top)
+{
+    pthread_mutex_lock(&top->lock);
+    while (top->joins == 0)
+        pthread_cond_wait(&top->joined, &top->lock);
+    top->joins--;
+    pthread_mutex_unlock(&top->lock);
+}
+
+static void end_join(struct spb_top *top)
+{
+    pthread_mutex_lock(&top->lock);
+    top->joins++;
+    pthread_cond_signal(&top->joined);
+    pthread_mutex_unlock(&top->lock);
 }
 
 static enum spc_status build_above(struct spb_top *top, uint32_t node, struct spc_error *err)
@@ -279,23 +353,28 @@ enum spc_status spb_top_part(struct spb_top *top, uint32_t part, struct spc_erro
         build_part(p, top->file, top->shared, w, &top->subtrees[node].tree, err);
     workspace_give(top, w);
     while (status == SPC_OK && top->subtrees[node].parent != SPC_NONE) {
+        status = wait_for_siblings(top, &top->subtrees[node], err);
         node = top->subtrees[node].parent;
-        if (atomic_fetch_sub(&top->subtrees[node].missing, 1) > 1)
+        if (status != SPC_OK || atomic_fetch_sub(&top->subtrees[node].missing, 1) > 1)
             break;                  /* whoever builds the last child goes on */
+        begin_join(top);
         status = build_above(top, node, err);
+        end_join(top);
     }
     return status;
 }
 
 enum spc_status spb_top_init(struct spb_top *top, const struct spb_plan *plan,
                              struct spb_tmpfile *file, const struct spb_pack_shared *shared,
-                             struct spc_error *err)
+                             uint64_t waiting, unsigned joins, struct spc_error *err)
 {
-    *top = (struct spb_top){.plan = plan, .shared = shared, .file = file,
+    *top = (struct spb_top){.plan = plan, .shared = shared, .file = file, .waiting_max = waiting,
+                            .joins = joins,
                             .subtrees = calloc(plan->node_count, sizeof *top->subtrees)};
     if (top->subtrees == NULL)
         return no_memory(err);
     pthread_mutex_init(&top->lock, NULL);
+    pthread_cond_init(&top->joined, NULL);
     top->subtrees[0].parent = SPC_NONE;
     for (uint32_t i = 0; i < plan->node_count; i++) {
         atomic_init(&top->subtrees[i].missing, plan->nodes[i].child_count);
@@ -312,6 +391,7 @@ void spb_top_release(struct spb_top *top)
     for (uint32_t i = 0; i < top->plan->node_count; i++)
         tree_release(&top->subtrees[i].tree);
     workspaces_free(top);
+    pthread_cond_destroy(&top->joined);
     pthread_mutex_destroy(&top->lock);
     free(top->subtrees);
     *top = (struct spb_top){0};

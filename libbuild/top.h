@@ -2,8 +2,8 @@
  * top.h - parts into one tree: build each part, then what lies above them.
  *
  * A plan node is built as soon as all its children are, and clusters close as they fill. Parts are
- * in the plan's depth-first order, so what waits in memory is the pending nodes of some siblings a
- * level of the plan, not of all parts.
+ * in the plan's depth-first order, so what waits is the pending nodes of some siblings a level of
+ * the plan, not of all parts: in memory, or on disk where that would be too much.
  */
 #ifndef SPB_TOP_H
 #define SPB_TOP_H
@@ -19,16 +19,24 @@ struct spb_workspace;
 struct spb_top {
     const struct spb_plan *plan;
     const struct spb_pack_shared *shared;
-    struct spb_tmpfile *file;       /* of the parts' records */
+    struct spb_tmpfile *file;       /* of the parts' records, and of trees that wait */
     struct spb_subtree *subtrees;   /* [plan->node_count] built, and not yet in their parent's */
     pthread_mutex_t lock;
+    pthread_cond_t joined;
     struct spb_workspace *idle;     /* memory of parts that were built, for the next ones */
+    uint64_t waiting, waiting_max;  /* bytes of built trees in memory; others wait on disk */
+    unsigned joins;                 /* plan nodes that may be built at once, less those that are */
 };
 
-/* fails  SPC_NO_MEMORY */
+/*
+ * waiting  bytes of trees that may wait in memory
+ * joins    plan nodes above the parts that are built at once, at least 1; each takes up to five
+ *          times the pending nodes of a cluster, with their leaves' records
+ * fails    SPC_NO_MEMORY
+ */
 enum spc_status spb_top_init(struct spb_top *top, const struct spb_plan *plan,
                              struct spb_tmpfile *file, const struct spb_pack_shared *shared,
-                             struct spc_error *err);
+                             uint64_t waiting, unsigned joins, struct spc_error *err);
 void spb_top_release(struct spb_top *top);
 
 /*
