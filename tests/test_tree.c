@@ -173,12 +173,12 @@ static void random_corners(double corner[3][3])
     const uint32_t kind = random_below(8);
     for (int k = 0; k < 3; k++)
         for (int a = 0; a < 3; a++)
-            corner[k][a] = kind == 0 && a > 0 ? 0.25 : (double)(float)(random_unit() * size);
+            corner[k][a] = kind == 0 && a > 0 ? 0.25 : (random_unit() + 0x1p-30 * random_unit()) * size;
     if (kind == 1)
         memcpy(corner[2], corner[0], sizeof corner[0]);
     if (kind == 2)
         for (int a = 0; a < 3; a++)
-            corner[2][a] = (double)(float)(corner[1][a] + 0x1p-12 * random_unit());
+            corner[2][a] = corner[1][a] + 0x1p-12 * random_unit();
 }
 
 struct scene {
@@ -271,6 +271,11 @@ START_TEST(keys_are_those_of_the_faces)
             double key[3];
             spb_record_load(&s->format, &s->space, s->records + (size_t)i * s->format.bytes, &face);
             spb_face_key(&face, key);
+            for (int a = 0; a < 3; a++) {
+                const double x = face.corner[0][a], y = face.corner[1][a], z = face.corner[2][a];
+                const double middle = (fmin(x, fmin(y, z)) + fmax(x, fmax(y, z))) / 2;
+                ck_assert(key[a] == ldexp(rint(ldexp(middle, 52)), -52));
+            }
             if (memcmp(key, keys[i].v, sizeof key) != 0 || keys[i].v[SPB_KEY_FACE] != i)
                 ck_abort_msg("key %u is another", i);
         }
