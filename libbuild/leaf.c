@@ -122,7 +122,7 @@ SPB_VECTORS static void find_disks(struct batch *b, uint32_t n)
         const bool acute = (b->area[i] > 0) & (most[i] < others) & (all > 0);
         weight[0][i] = acute ? w0 : is0 ? 0 : 1;
         weight[1][i] = acute ? w1 : is1 ? 0 : 1;
-        weight[2][i] = acute ? w2 : is0 | is1 ? 1 : 0;
+        weight[2][i] = acute ? w2 : (is0 | is1) ? 1 : 0;
         sum[i] = acute ? all : 2;
         b->reach[i] = acute ? 1 : 0;
         b->longest[i] = sqrt(most[i]);
