@@ -9,10 +9,15 @@
 
 #include "edge_ring.h"
 
+enum { EDGE_FIRST = EDGE_DEPTH + 1 };           /* number of the first edge: 0 is always too old */
+
 struct edge_index {
     struct edge_ring ring;
-    uint32_t before[256];           /* per edge: the one before it in its chain; see edge_at */
-    uint32_t *edge_at;              /* [vertices] the newest edge of the chain, counted from 1; 0: none */
+    struct {
+        uint32_t pair;              /* of an edge: its vertices, the one of larger number above */
+        uint32_t before;            /* the edge before it in its chain, as edge_at */
+    } link[256];
+    uint32_t *edge_at;              /* [vertices] newest edge of the chain: its number, or 0 */
     uint32_t *corner_at;            /* [vertices] when it was pushed last, counted from 1; 0: never */
 };
 
@@ -30,12 +35,18 @@ static inline void edge_index_add_vertex(struct edge_index *x, uint32_t v)
     x->edge_at[v] = x->corner_at[v] = 0;
 }
 
+static inline uint32_t edge_pair(uint32_t from, uint32_t to)
+{
+    return from > to ? from << 16 | to : to << 16 | from;
+}
+
 static inline void edge_index_push(struct edge_index *x, uint32_t from, uint32_t to, uint32_t opposite)
 {
-    const uint32_t end = from > to ? from : to;
-    x->before[x->ring.edges & 255] = x->edge_at[end];
+    const uint32_t k = x->ring.edges & 255, pair = edge_pair(from, to), end = pair >> 16;
+    x->link[k].pair = pair;
+    x->link[k].before = x->edge_at[end];
+    x->edge_at[end] = x->ring.edges + EDGE_FIRST;
     edge_push(&x->ring, from, to, opposite);
-    x->edge_at[end] = x->ring.edges;
 }
 
 /* As edge_push_triangle. */
@@ -51,15 +62,13 @@ static inline void edge_index_push_triangle(struct edge_index *x, uint32_t a, ui
 /* As edge_find. */
 static inline uint32_t edge_index_find(const struct edge_index *x, uint32_t from, uint32_t to)
 {
-    const struct edge_ring *r = &x->ring;
-    uint32_t at = x->edge_at[from > to ? from : to];
-    while (at != 0 && r->edges - at < EDGE_DEPTH) {
-        const uint32_t k = (at - 1) & 255;
-        if (r->from[k] == from && r->to[k] == to)
-            return 1 + r->edges - at;
-        if (r->from[k] == to && r->to[k] == from)
-            return EDGE_AGAINST + r->edges - at;
-        at = x->before[k];
+    const uint32_t pair = edge_pair(from, to), now = x->ring.edges + EDGE_FIRST;
+    uint32_t at = x->edge_at[pair >> 16];
+    while (now - at <= EDGE_DEPTH) {
+        const uint32_t k = (at - EDGE_FIRST) & 255;
+        if (x->link[k].pair == pair)
+            return now - at - 1 + (x->ring.from[k] == from ? 1 : (uint32_t)EDGE_AGAINST);
+        at = x->link[k].before;
     }
     return EDGE_LOOSE;
 }

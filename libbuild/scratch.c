@@ -68,9 +68,10 @@ void pack_scratch_give(struct pack_scratches *s, struct pack_scratch *scratch)
 void *pack_scratch_buffer(struct pack_scratch *scratch, enum pack_buffer buffer, size_t bytes)
 {
     if (bytes > scratch->size[buffer]) {
+        const size_t grown = bytes + bytes / 4;     /* the next cluster is often a little larger */
         free(scratch->bytes[buffer]);
-        scratch->bytes[buffer] = malloc(bytes);
-        scratch->size[buffer] = scratch->bytes[buffer] ? bytes : 0;
+        scratch->bytes[buffer] = malloc(grown);
+        scratch->size[buffer] = scratch->bytes[buffer] ? grown : 0;
     }
     return scratch->bytes[buffer];
 }

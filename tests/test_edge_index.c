@@ -32,6 +32,7 @@ START_TEST(codes_are_the_rings)
     edge_index_init(&x, memory, VERTICES);
     for (uint32_t v = 0; v < vertices; v++)
         edge_index_add_vertex(&x, v);
+    compare(&x, vertices, found);
     for (int i = 0; i < 700; i++) {
         if (vertices < VERTICES && next(&state, 4) == 0)
             edge_index_add_vertex(&x, vertices++);
