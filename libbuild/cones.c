@@ -57,7 +57,7 @@ SPB_INLINE double joined(double dot, double b)
     const double a = below > -1 ? below : -1;
     const double both = a * b - sqrt(1 - a * a) * sqrt(1 - b * b) - 1e-7;
     const double cosine = both > -1 ? both : -1;
-    return (b <= -1) | (a <= -b) ? -1 : cosine;
+    return a <= -b ? -1 : cosine;   /* past 180 degrees */
 }
 
 SPB_VECTORS static void join(struct batch *t, const double axis[3])
