@@ -8,7 +8,6 @@
 #ifndef SPB_PACK_H
 #define SPB_PACK_H
 
-#include "scratch.h"
 #include "spool.h"
 #include "tree.h"
 
@@ -18,6 +17,8 @@ struct spb_pack_options {
     enum spc_codec codec;
     int level;                      /* zstd */
 };
+
+struct pack_scratches;
 
 /* Shared by all threads of a build, read only but for what locks itself. */
 struct spb_pack_shared {

@@ -11,6 +11,7 @@
 #include "layout.h"
 #include "leaf_record.h"
 #include "pack.h"
+#include "scratch.h"
 
 #include <string.h>
 
