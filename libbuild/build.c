@@ -255,7 +255,7 @@ static bool space_of_used(const struct build *b, struct spb_space *used)
 {
     if (b->stats.kept == 0)
         return false;
-    spb_space_init(used, b->stats.file_min, b->stats.file_max);
+    spb_space_init(used, b->stats.survey.file_min, b->stats.survey.file_max);
     return used->unit_exp != b->space.unit_exp || used->ulp_exp != b->space.ulp_exp;
 }
 
@@ -270,8 +270,8 @@ static enum spc_status read_faces(struct build *b, struct spc_error *err)
     if (status == SPC_OK && space_of_used(b, &used)) {
         release_buckets(b);
         b->space = used;
-        memcpy(b->vertices.min, b->stats.file_min, sizeof b->vertices.min);
-        memcpy(b->vertices.max, b->stats.file_max, sizeof b->vertices.max);
+        memcpy(b->vertices.min, b->stats.survey.file_min, sizeof b->vertices.min);
+        memcpy(b->vertices.max, b->stats.survey.file_max, sizeof b->vertices.max);
         status = distribute_faces(b, err);
     }
     if (status != SPC_OK)
@@ -291,7 +291,7 @@ static enum spc_status read_faces(struct build *b, struct spc_error *err)
     if (spb_source_info(b->source)->archive)
         spb_space_use_lattice(&b->space, spb_source_info(b->source)->lattice_exp);
     else
-        spb_space_set_vertices(&b->space, spb_face_short_edge(&b->stats));
+        spb_space_set_vertices(&b->space, spb_survey_short_edge(&b->stats.survey));
     spb_vertices_release(&b->vertices);
     spb_corner_sort_free(b->corners);
     b->corners = NULL;
@@ -339,7 +339,7 @@ static enum spc_status plan_parts(struct build *b, struct spc_error *err)
 {
     const struct spb_record_format format = b->distributor.format;
     const struct spb_build_options *o = b->options;
-    b->report->closed = b->stats.edge_sum == 0 && b->stats.volume > 0;
+    b->report->closed = b->stats.edge_sum == 0 && b->stats.survey.volume > 0;
     const uint32_t flags = archive_flags(b, format.colors);
     const struct spb_pack_options pack = {
         .cluster_nodes = o->cluster_nodes, .block_nodes = o->block_nodes,
@@ -378,10 +378,10 @@ static enum spc_status build_tree(struct build *b, struct spc_error *err)
 static void fill_box(const struct build *b, struct spc_header *h)
 {
     for (int a = 0; a < 3; a++) {
-        const double *ends[2] = {b->stats.min, b->stats.max};
+        const double *ends[2] = {b->stats.survey.file_min, b->stats.survey.file_max};
         double *out[2] = {h->box_min, h->box_max};
         for (int e = 0; e < 2; e++)
-            out[e][a] = ldexp(spb_space_snap(&b->space, ends[e][a]) +
+            out[e][a] = ldexp(spb_space_snap(&b->space, spb_space_from_file(&b->space, a, ends[e][a])) +
                                   (double)spb_space_origin_number(&b->space, a),
                               b->space.vertex_exp);
     }

@@ -1,6 +1,7 @@
 #include "distribute.h"
 
 #include "vec.h"
+#include "vectors.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -47,14 +48,20 @@ enum spc_status spb_distributor_init(struct spb_distributor *d, struct spb_tmpfi
     return spb_spill_init(&d->spill, file, format->bytes, memory, err);
 }
 
-size_t spb_distributor_cell(const struct spb_distributor *d, const double key[3])
+SPB_VECTORS void spb_distributor_cells(const struct spb_distributor *d, const double (*keys)[4],
+                                       uint32_t count, uint32_t *cells)
 {
-    size_t cell = 0;
-    for (int a = 3; a-- > 0;) {
-        const double i = floor(key[a] * d->per_cell) - d->first[a], last = d->dim[a] - 1;
-        cell = cell * d->dim[a] + (size_t)(i > 0 ? smaller_of(i, last) : 0);
+    double last[3], stride[3] = {1, d->dim[0], (double)d->dim[0] * d->dim[1]};
+    for (int a = 0; a < 3; a++)
+        last[a] = d->dim[a] - 1;
+    for (uint32_t i = 0; i < count; i++) {
+        double cell = 0;
+        for (int a = 0; a < 3; a++) {
+            const double k = floor(keys[i][a] * d->per_cell) - d->first[a];
+            cell += (k > 0 ? smaller_of(k, last[a]) : 0) * stride[a];
+        }
+        cells[i] = (uint32_t)(int32_t)cell;
     }
-    return cell;
 }
 
 static struct spb_bucket *bucket_create(struct spb_distributor *d, struct spc_error *err)
@@ -83,7 +90,7 @@ static struct spb_bucket *bucket_create(struct spb_distributor *d, struct spc_er
     return b;
 }
 
-enum spc_status spb_distributor_add(struct spb_distributor *d, size_t cell, const double key[3],
+enum spc_status spb_distributor_add(struct spb_distributor *d, uint32_t cell, const double key[3],
                                     const uint8_t *record, struct spc_error *err)
 {
     struct spb_bucket *b = d->cells[cell];

@@ -40,11 +40,12 @@ enum spc_status spb_distributor_init(struct spb_distributor *d, struct spb_tmpfi
                                      const double max[3], int cells_log2, uint64_t memory,
                                      struct spc_error *err);
 
-/* Number of the cell a key lies in. Any thread. */
-size_t spb_distributor_cell(const struct spb_distributor *d, const double key[3]);
+/* Numbers of the cells that keys lie in; of each key three values are looked at. Any thread. */
+void spb_distributor_cells(const struct spb_distributor *d, const double (*keys)[4],
+                           uint32_t count, uint32_t *cells);
 
 /* Appends one record, whose key lies in cell. fails SPC_IO, SPC_NO_MEMORY */
-enum spc_status spb_distributor_add(struct spb_distributor *d, size_t cell, const double key[3],
+enum spc_status spb_distributor_add(struct spb_distributor *d, uint32_t cell, const double key[3],
                                     const uint8_t *record, struct spc_error *err);
 
 /* Writes what is buffered and frees the buffers. The buckets are complete then. */

@@ -1,8 +1,8 @@
 #include "faces.h"
 
 #include "pool.h"
-#include "vec.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -25,14 +25,14 @@ static uint64_t edge_hash(uint64_t a, uint64_t b)
 }
 
 /*
- * What a corner is known by. Blocks of an archive have vertices of their own, so there it is the
+ * What a corner of an archive is known by. Its blocks have vertices of their own, so it is the
  * place, which is the same bits in each of them; welding by place would take a table.
  */
-static uint64_t corner_name(const struct spb_vertices *v, uint64_t corner, const double xyz[3])
+static uint64_t place_name(const struct spb_vertices *v, const uint8_t *vertex)
 {
+    double xyz[3];
     uint64_t h = 0;
-    if (!v->archive)
-        return corner;
+    spb_vertex_load(v, vertex, xyz);
     for (int a = 0; a < 3; a++) {
         uint64_t bits;
         memcpy(&bits, &xyz[a], sizeof bits);
@@ -43,94 +43,50 @@ static uint64_t corner_name(const struct spb_vertices *v, uint64_t corner, const
 
 /* ---- one batch ---------------------------------------------------------------------------------- */
 
-struct kept {                       /* a face that becomes a record */
-    size_t cell;
-    double key[3];
-    uint8_t record[84];
-};
-
-struct sums {                       /* of a batch; bins only of what is there */
-    uint64_t bad_index, non_finite, degenerate, edge_sum;
-    double min[3], max[3], file_min[3], file_max[3];
-    double volume;
-};
-
 struct job {
     struct spb_face_batch batch;
     uint8_t vertices[SPB_BATCH_MAX][3][28];     /* of the wanted faces' corners */
-    uint32_t kept_count;
-    struct kept kept[SPB_BATCH_MAX];
-    int16_t bin[SPB_BATCH_MAX];                 /* [kept_count] of the shortest edge, or -1 */
-    struct sums sums;
+    uint32_t kept;                  /* faces that become records */
+    uint8_t records[SPB_BATCH_MAX * 84];        /* [kept] without gaps */
+    double keys[SPB_BATCH_MAX][4];              /* [kept] as of spb_record_keys */
+    uint32_t cells[SPB_BATCH_MAX];              /* [kept] */
+    int16_t bins[SPB_BATCH_MAX];                /* [kept] as of spb_survey_measure */
+    struct spb_measures measures;
+    uint64_t bad_index, non_finite, degenerate, edge_sum;
 };
 
-static int edge_bin(double square)
+static bool finite_vertex(const struct spb_vertices *v, const uint8_t *vertex)
 {
-    int exponent = 0;
-    frexp(square, &exponent);
-    const int bin = exponent + SPB_EDGE_BINS - 64;
-    return bin < 0 ? 0 : bin >= SPB_EDGE_BINS ? SPB_EDGE_BINS - 1 : bin;
+    double xyz[3];
+    spb_vertex_load(v, vertex, xyz);
+    return isfinite(xyz[0]) && isfinite(xyz[1]) && isfinite(xyz[2]);
 }
 
-/* Returns the bin of its shortest edge, -1 when all are 0. */
-static int measure(const uint64_t name[3], const double xyz[3][3], const struct spb_face *face,
-                   struct sums *s)
+/* The bytes of a vertex are those of a corner in a record: coordinates first, colours last. */
+static void store_record(const struct spb_vertices *v, const uint8_t vertex[3][28], uint8_t *record)
 {
-    double shortest = HUGE_VAL, n[3];
-    for (int k = 0; k < 3; k++) {
-        double e[3];
-        for (int a = 0; a < 3; a++) {
-            s->min[a] = smaller_of(face->corner[k][a], s->min[a]);
-            s->max[a] = larger_of(face->corner[k][a], s->max[a]);
-            s->file_min[a] = smaller_of(xyz[k][a], s->file_min[a]);
-            s->file_max[a] = larger_of(xyz[k][a], s->file_max[a]);
+    const uint32_t xyz_bytes = v->wide ? 24 : 12;
+    for (uint32_t k = 0; k < 3; k++)
+        memcpy(record + k * xyz_bytes, vertex[k], xyz_bytes);
+    for (uint32_t k = 0; k < 3 && v->colors; k++)
+        memcpy(record + 3 * xyz_bytes + 4 * k, vertex[k] + xyz_bytes, 4);
+}
+
+static void keep_face(const struct spb_vertices *v, uint32_t record_bytes, struct job *job, size_t i)
+{
+    const uint8_t (*vertex)[28] = (const uint8_t(*)[28])job->vertices[i];
+    const uint64_t *corner = job->batch.corner[i];
+    uint64_t name[3] = {corner[0], corner[1], corner[2]};
+    for (int k = 0; k < 3; k++)
+        if (!finite_vertex(v, vertex[k])) {
+            job->non_finite++;
+            return;
         }
-        vec_sub(face->corner[(k + 1) % 3], face->corner[k], e);
-        const double square = vec_dot(e, e);
-        shortest = square > 0 ? smaller_of(square, shortest) : shortest;
-        s->edge_sum += edge_hash(name[k], name[(k + 1) % 3]);
-    }
-    vec_cross(face->corner[1], face->corner[2], n);
-    s->volume += vec_dot(face->corner[0], n);
-    return shortest < HUGE_VAL ? edge_bin(shortest) : -1;
-}
-
-static bool finite_face(const double xyz[3][3])
-{
+    for (int k = 0; k < 3 && v->archive; k++)
+        name[k] = place_name(v, vertex[k]);
     for (int k = 0; k < 3; k++)
-        if (!isfinite(xyz[k][0]) || !isfinite(xyz[k][1]) || !isfinite(xyz[k][2]))
-            return false;
-    return true;
-}
-
-static void keep_face(const struct spb_faces_input *in, const struct spb_distributor *out,
-                      struct job *job, size_t i)
-{
-    const struct spb_vertices *v = in->vertices;
-    const uint8_t (*vertex)[28] = job->vertices[i];
-    double xyz[3][3];
-    uint64_t name[3];
-    uint8_t rgba[3][4];
-    struct spb_face face;
-    for (int k = 0; k < 3; k++)
-        spb_vertex_load(v, vertex[k], xyz[k]);
-    if (!finite_face((const double(*)[3])xyz)) {
-        job->sums.non_finite++;
-        return;
-    }
-    for (int k = 0; k < 3; k++) {
-        name[k] = corner_name(v, job->batch.corner[i][k], xyz[k]);
-        if (v->colors)
-            memcpy(rgba[k], vertex[k] + v->bytes - 4, 4);
-    }
-    struct kept *kept = &job->kept[job->kept_count];
-    spb_record_store(&out->format, (const double(*)[3])xyz, (const uint8_t(*)[4])rgba,
-                     kept->record);
-    spb_record_load(&out->format, in->space, kept->record, &face);
-    job->bin[job->kept_count++] =
-        (int16_t)measure(name, (const double(*)[3])xyz, &face, &job->sums);
-    spb_face_key(&face, kept->key);
-    kept->cell = spb_distributor_cell(out, kept->key);
+        job->edge_sum += edge_hash(name[k], name[(k + 1) % 3]);
+    store_record(v, vertex, job->records + (size_t)job->kept++ * record_bytes);
 }
 
 static void fetch_ahead(const struct spb_vertices *v, const uint64_t corner[3])
@@ -187,23 +143,25 @@ static enum spc_status work_batch(void *ctx, size_t slot, struct spc_error *err)
     const struct spb_vertices *v = r->in->vertices;
     struct job *job = &r->jobs[slot];
     (void)err;
-    job->kept_count = 0;
-    job->sums = (struct sums){
-        .min = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, .max = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
-        .file_min = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, .file_max = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+    job->kept = 0;
+    job->bad_index = job->non_finite = job->degenerate = job->edge_sum = 0;
     for (size_t i = 0; i < job->batch.count; i++) {
         const uint64_t *corner = job->batch.corner[i];
         if (v->table != NULL && i + AHEAD < job->batch.count)
             fetch_ahead(v, job->batch.corner[i + AHEAD]);
         if (!spb_face_wanted(v, corner)) {
             const bool bad = corner[0] >= v->count || corner[1] >= v->count || corner[2] >= v->count;
-            *(bad ? &job->sums.bad_index : &job->sums.degenerate) += 1;
+            *(bad ? &job->bad_index : &job->degenerate) += 1;
             continue;
         }
         for (int k = 0; k < 3 && v->table != NULL; k++)
             memcpy(job->vertices[i][k], v->table + corner[k] * v->bytes, v->bytes);
-        keep_face(r->in, r->out, job, i);
+        keep_face(v, r->out->format.bytes, job, i);
     }
+    spb_record_keys(&r->out->format, r->in->space, job->records, job->kept, job->keys);
+    spb_survey_measure(&r->out->format, r->in->space, job->records, job->kept, &job->measures,
+                       job->bins);
+    spb_distributor_cells(r->out, (const double(*)[4])job->keys, job->kept, job->cells);
     return SPC_OK;
 }
 
@@ -213,27 +171,19 @@ static enum spc_status take_batch(void *ctx, size_t slot, struct spc_error *err)
     struct reading *r = ctx;
     struct spb_face_stats *s = r->stats;
     const struct job *job = &r->jobs[slot];
-    s->bad_index += job->sums.bad_index;
-    s->non_finite += job->sums.non_finite;
-    s->degenerate += job->sums.degenerate;
-    s->edge_sum += job->sums.edge_sum;
-    s->volume += job->sums.volume;
-    for (int a = 0; a < 3; a++) {
-        s->min[a] = smaller_of(job->sums.min[a], s->min[a]);
-        s->max[a] = larger_of(job->sums.max[a], s->max[a]);
-        s->file_min[a] = smaller_of(job->sums.file_min[a], s->file_min[a]);
-        s->file_max[a] = larger_of(job->sums.file_max[a], s->file_max[a]);
-    }
-    for (uint32_t i = 0; i < job->kept_count; i++) {
-        const struct kept *kept = &job->kept[i];
-        if (job->bin[i] >= 0)
-            s->edge_bins[job->bin[i]]++;
+    s->bad_index += job->bad_index;
+    s->non_finite += job->non_finite;
+    s->degenerate += job->degenerate;
+    s->edge_sum += job->edge_sum;
+    spb_survey_add(&s->survey, &job->measures, job->bins, job->kept);
+    for (uint32_t i = 0; i < job->kept; i++) {
         const enum spc_status status =
-            spb_distributor_add(r->out, kept->cell, kept->key, kept->record, err);
+            spb_distributor_add(r->out, job->cells[i], job->keys[i],
+                                job->records + (size_t)i * r->out->format.bytes, err);
         if (status != SPC_OK)
             return status;
-        s->kept++;
     }
+    s->kept += job->kept;
     return SPC_OK;
 }
 
@@ -244,10 +194,7 @@ enum spc_status spb_faces_read(const struct spb_faces_input *in, struct spb_dist
     struct reading r = {in, out, stats, malloc(slots * sizeof *r.jobs)};
     const struct spb_pipe pipe = {read_batch, work_batch, take_batch, &r};
     *stats = (struct spb_face_stats){.kept = 0};
-    for (int a = 0; a < 3; a++) {
-        stats->min[a] = stats->file_min[a] = HUGE_VAL;
-        stats->max[a] = stats->file_max[a] = -HUGE_VAL;
-    }
+    spb_survey_init(&stats->survey);
     if (r.jobs == NULL)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to read faces");
     if (in->corners != NULL)
@@ -257,19 +204,4 @@ enum spc_status spb_faces_read(const struct spb_faces_input *in, struct spb_dist
         status = spb_pool_pipe(&pipe, slots, in->threads, err);
     free(r.jobs);
     return status == SPC_OK ? spb_distributor_flush(out, err) : status;
-}
-
-double spb_face_short_edge(const struct spb_face_stats *stats)
-{
-    uint64_t total = 0, below = 0;
-    for (int i = 0; i < SPB_EDGE_BINS; i++)
-        total += stats->edge_bins[i];
-    for (int i = 0; i < SPB_EDGE_BINS && total > 0; i++) {
-        below += stats->edge_bins[i];
-        if (below > total / 10) {
-            const int square = i - (SPB_EDGE_BINS - 64) - 1;    /* squares of the bin are >= 2^square */
-            return times_exp2(1, (square - (square & 1)) / 2);
-        }
-    }
-    return 0;
 }

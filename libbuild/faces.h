@@ -6,19 +6,15 @@
 
 #include "distribute.h"
 #include "corner_sort.h"
+#include "survey.h"
 #include "vertex_cache.h"
-
-enum { SPB_EDGE_BINS = 2304 };
 
 struct spb_face_stats {
     uint64_t faces_in, split_extra;             /* as the source counts them */
     uint64_t kept;                              /* records made: the leaves to be */
     uint64_t bad_index, non_finite, degenerate; /* dropped, by reason */
     uint64_t edge_sum;              /* 0 when every directed edge meets its reverse, up to chance */
-    double min[3], max[3];          /* of the records' corners, build coordinates */
-    double file_min[3], file_max[3];            /* the same in file coordinates */
-    double volume;                  /* 6 x signed volume, units; outward winding is positive */
-    uint64_t edge_bins[SPB_EDGE_BINS];          /* shortest edges that are not 0, by exponent */
+    struct spb_survey survey;
 };
 
 /*
@@ -38,9 +34,5 @@ struct spb_faces_input {
 };
 enum spc_status spb_faces_read(const struct spb_faces_input *in, struct spb_distributor *out,
                                struct spb_face_stats *stats, struct spc_error *err);
-
-/* A short edge of the scan: the tenth percentile of the shortest edges, rounded down to a power
- * of two of its square; 0 when every edge is 0. Units. */
-double spb_face_short_edge(const struct spb_face_stats *stats);
 
 #endif

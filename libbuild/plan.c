@@ -79,9 +79,27 @@ static enum spc_status set_of_buckets(struct spb_bucket *const *buckets, uint32_
     return SPC_OK;
 }
 
+struct copy_buffer {
+    uint8_t records[COPY_RECORDS * 84];
+    double keys[COPY_RECORDS][4];
+    uint32_t cells[COPY_RECORDS];
+};
+
+static enum spc_status add_records(const struct planner *p, struct spb_distributor *d,
+                                   struct copy_buffer *buffer, uint32_t n, struct spc_error *err)
+{
+    enum spc_status status = SPC_OK;
+    spb_record_keys(&p->format, p->space, buffer->records, n, buffer->keys);
+    spb_distributor_cells(d, (const double(*)[4])buffer->keys, n, buffer->cells);
+    for (uint32_t k = 0; k < n && status == SPC_OK; k++)
+        status = spb_distributor_add(d, buffer->cells[k], buffer->keys[k],
+                                     buffer->records + (size_t)k * p->format.bytes, err);
+    return status;
+}
+
 /* Copies the set's records to the buckets of a finer grid over its own box. */
 static enum spc_status copy_piece(struct planner *p, const struct spb_piece *piece,
-                                  struct spb_distributor *d, uint8_t *records,
+                                  struct spb_distributor *d, struct copy_buffer *buffer,
                                   struct spc_error *err)
 {
     const uint32_t bytes = p->format.bytes;
@@ -90,15 +108,9 @@ static enum spc_status copy_piece(struct planner *p, const struct spb_piece *pie
     spb_pile_skip(&reader, piece->first * bytes);
     for (uint64_t left = piece->count; left > 0 && status == SPC_OK;) {
         const uint64_t n = left < COPY_RECORDS ? left : COPY_RECORDS;
-        status = spb_pile_read(&reader, records, n * bytes, err);
-        for (uint64_t k = 0; k < n && status == SPC_OK; k++) {
-            struct spb_face face;
-            double key[3];
-            spb_record_load(&p->format, p->space, records + k * bytes, &face);
-            spb_face_key(&face, key);
-            status = spb_distributor_add(d, spb_distributor_cell(d, key), key,
-                                         records + k * bytes, err);
-        }
+        status = spb_pile_read(&reader, buffer->records, n * bytes, err);
+        if (status == SPC_OK)
+            status = add_records(p, d, buffer, (uint32_t)n, err);
         left -= n;
         p->moved += n;
         if (status == SPC_OK && spb_progress_tell(p->progress, "plan parts", p->moved, 0))
@@ -113,12 +125,12 @@ static enum spc_status copy_records(struct planner *p, const struct set *s,
                                     struct spb_distributor *d, struct spc_error *err)
 {
     enum spc_status status = SPC_OK;
-    uint8_t *records = malloc((size_t)COPY_RECORDS * p->format.bytes);
-    if (records == NULL)
+    struct copy_buffer *buffer = malloc(sizeof *buffer);
+    if (buffer == NULL)
         return no_memory(err);
     for (uint32_t i = 0; i < s->piece_count && status == SPC_OK; i++)
-        status = copy_piece(p, &s->pieces[i], d, records, err);
-    free(records);
+        status = copy_piece(p, &s->pieces[i], d, buffer, err);
+    free(buffer);
     return status;
 }
 

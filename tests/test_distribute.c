@@ -23,11 +23,13 @@ static void distribute_volume(struct spb_distributor *d, struct spb_tmpfile *fil
     ck_assert_int_eq(spb_distributor_init(d, file, &format, min, max, SPB_CELLS_LOG2_MAX, memory,
                                           NULL), SPC_OK);
     for (uint32_t i = 0; i < RECORDS; i++) {
-        double key[3];
+        double key[1][4] = {{0}};
+        uint32_t cell;
         for (int a = 0; a < 3; a++)
-            key[a] = (double)random_next(&state) / 0x1p31;
+            key[0][a] = (double)random_next(&state) / 0x1p31;
         memcpy(record, &i, sizeof i);
-        if (spb_distributor_add(d, spb_distributor_cell(d, key), key, record, NULL) != SPC_OK)
+        spb_distributor_cells(d, (const double(*)[4])key, 1, &cell);
+        if (spb_distributor_add(d, cell, key[0], record, NULL) != SPC_OK)
             ck_abort_msg("record %u is not taken", i);
     }
 }

@@ -1,0 +1,137 @@
+#include "survey.h"
+
+#include "vec.h"
+#include "vectors.h"
+
+enum { BATCH = 64, BIN_OF_ONE = SPB_EDGE_BINS - 64 };
+
+struct batch {
+    double file[9][BATCH];          /* corners, file units; what is beyond the last repeats it */
+    double at[9][BATCH];            /* units */
+    double volume[BATCH];
+    double shortest[BATCH];         /* squared; infinite when every edge is 0 */
+};
+
+void spb_survey_init(struct spb_survey *survey)
+{
+    *survey = (struct spb_survey){.volume = 0};
+    for (int a = 0; a < 3; a++) {
+        survey->file_min[a] = HUGE_VAL;
+        survey->file_max[a] = -HUGE_VAL;
+    }
+}
+
+SPB_INLINE void load(bool is_wide, uint32_t bytes, const uint8_t *records, uint32_t n,
+                     struct batch *b)
+{
+    for (uint32_t i = 0; i < BATCH; i++) {
+        const uint8_t *record = records + (size_t)(i < n ? i : n - 1) * bytes;
+        double wide[9];
+        float narrow[9];
+        if (is_wide)
+            memcpy(wide, record, sizeof wide);
+        else
+            memcpy(narrow, record, sizeof narrow);
+        for (int k = 0; k < 9; k++)
+            b->file[k][i] = is_wide ? wide[k] : (double)narrow[k];
+    }
+}
+
+SPB_VECTORS static void widen(const struct batch *b, struct spb_measures *m)
+{
+    for (int k = 0; k < 9; k++) {
+        double min = m->file_min[k % 3], max = m->file_max[k % 3];
+        for (uint32_t i = 0; i < BATCH; i++) {
+            min = smaller_of(b->file[k][i], min);
+            max = larger_of(b->file[k][i], max);
+        }
+        m->file_min[k % 3] = min;
+        m->file_max[k % 3] = max;
+    }
+}
+
+/* Squared edge from corner k to corner l, unless it is 0 or not below s. */
+SPB_INLINE double shorter(const struct batch *b, int k, int l, uint32_t i, double s)
+{
+    const double x = b->at[l][i] - b->at[k][i], y = b->at[l + 1][i] - b->at[k + 1][i];
+    const double z = b->at[l + 2][i] - b->at[k + 2][i];
+    const double square = x * x + y * y + z * z;
+    return square > 0 ? smaller_of(square, s) : s;
+}
+
+SPB_VECTORS static void measure(const struct spb_space *space, struct batch *b)
+{
+    const double scale = ldexp(1, -space->unit_exp);
+    for (int k = 0; k < 9; k++) {
+        const double origin = space->origin[k % 3];
+        for (uint32_t i = 0; i < BATCH; i++)
+            b->at[k][i] = (b->file[k][i] - origin) * scale;
+    }
+    for (uint32_t i = 0; i < BATCH; i++)
+        b->shortest[i] = shorter(b, 0, 3, i, shorter(b, 3, 6, i, shorter(b, 6, 0, i, HUGE_VAL)));
+    for (uint32_t i = 0; i < BATCH; i++) {
+        const double x = b->at[4][i] * b->at[8][i] - b->at[5][i] * b->at[7][i];
+        const double y = b->at[5][i] * b->at[6][i] - b->at[3][i] * b->at[8][i];
+        const double z = b->at[3][i] * b->at[7][i] - b->at[4][i] * b->at[6][i];
+        b->volume[i] = b->at[0][i] * x + b->at[1][i] * y + b->at[2][i] * z;
+    }
+}
+
+/* By the exponent as it is stored: subnormal squares share a bin, far below any lattice. */
+static int16_t bin_of(double square)
+{
+    uint64_t bits;
+    memcpy(&bits, &square, sizeof bits);
+    const int bin = (int)(bits >> 52) - 1022 + BIN_OF_ONE;
+    return (int16_t)(square == HUGE_VAL ? -1 : bin < SPB_EDGE_BINS ? bin : SPB_EDGE_BINS - 1);
+}
+
+void spb_survey_measure(const struct spb_record_format *format, const struct spb_space *space,
+                        const uint8_t *records, uint32_t count, struct spb_measures *m,
+                        int16_t *bins)
+{
+    struct batch b;
+    *m = (struct spb_measures){.file_min = {HUGE_VAL, HUGE_VAL, HUGE_VAL},
+                               .file_max = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+    for (uint32_t first = 0; first < count; first += BATCH) {
+        const uint32_t n = count - first < BATCH ? count - first : BATCH;
+        if (format->wide)
+            load(true, format->bytes, records + (size_t)first * format->bytes, n, &b);
+        else
+            load(false, format->bytes, records + (size_t)first * format->bytes, n, &b);
+        widen(&b, m);
+        measure(space, &b);
+        for (uint32_t i = 0; i < n; i++) {
+            m->volume += b.volume[i];
+            bins[first + i] = bin_of(b.shortest[i]);
+        }
+    }
+}
+
+void spb_survey_add(struct spb_survey *survey, const struct spb_measures *m, const int16_t *bins,
+                    uint32_t count)
+{
+    for (int a = 0; a < 3; a++) {
+        survey->file_min[a] = smaller_of(m->file_min[a], survey->file_min[a]);
+        survey->file_max[a] = larger_of(m->file_max[a], survey->file_max[a]);
+    }
+    survey->volume += m->volume;
+    for (uint32_t i = 0; i < count; i++)
+        if (bins[i] >= 0)
+            survey->edge_bins[bins[i]]++;
+}
+
+double spb_survey_short_edge(const struct spb_survey *survey)
+{
+    uint64_t total = 0, below = 0;
+    for (int i = 0; i < SPB_EDGE_BINS; i++)
+        total += survey->edge_bins[i];
+    for (int i = 0; i < SPB_EDGE_BINS && total > 0; i++) {
+        below += survey->edge_bins[i];
+        if (below > total / 10) {
+            const int square = i - BIN_OF_ONE - 1;          /* squares of the bin are >= 2^square */
+            return times_exp2(1, (square - (square & 1)) / 2);
+        }
+    }
+    return 0;
+}
