@@ -183,18 +183,29 @@ static enum spc_status sort_corners(struct build *b, struct spc_error *err)
     return status;
 }
 
-/* A part should be some four cells wide; a surface of n parts is about sqrt(n) parts wide. */
-static int cells_log2(const struct build *b)
+/*
+ * A part should be some eight cells wide, so that it can be split off unread; a surface of n parts
+ * is about sqrt(n) parts wide. Cells are coarser where a page for each that is used, going by a
+ * sample of the vertices, would take more than the buffers.
+ */
+static enum spc_status choose_cells(struct build *b, uint64_t memory, int *log2,
+                                    struct spc_error *err)
 {
     const uint64_t faces = spb_source_info(b->source)->strips ? b->vertices.count * 2
                                                               : b->report->faces;
     const uint64_t parts = faces / b->budget.part_faces + 1;
-    int log2 = 0;
-    if (parts == 1)
-        return 0;
-    while (log2 < SPB_CELLS_LOG2_MAX && (uint64_t)1 << 2 * (log2 - 2 > 0 ? log2 - 2 : 0) < parts)
-        log2++;
-    return log2;
+    enum spc_status status = SPC_OK;
+    for (*log2 = parts > 1 ? 3 : 0; parts > 1 && *log2 < SPB_CELLS_LOG2_MAX; ++*log2)
+        if ((uint64_t)1 << 2 * (*log2 - 3) >= parts)
+            break;
+    const int surely = spb_cells_within(*log2, memory / 4);
+    for (; *log2 > surely; --*log2) {
+        uint64_t used = 0;
+        status = spb_vertices_cells(&b->vertices, &b->space, *log2, &used, err);
+        if (status != SPC_OK || used * SPB_PAGE_BYTES <= memory)
+            break;
+    }
+    return status;
 }
 
 static void release_buckets(struct build *b)
@@ -213,6 +224,8 @@ static enum spc_status distribute(struct build *b, struct spb_vertex_cache *cach
         spb_record_format(b->vertices.wide, b->vertices.colors);
     const struct spb_faces_input in = {b->source, &b->vertices, cache, b->corners, &b->space,
                                        reading_threads(b), &b->progress};
+    const uint64_t memory = b->budget.buffers - cache_memory(b);
+    int cells_log2 = 0;
     double min[3], max[3];
     for (int a = 0; a < 3; a++) {
         min[a] = spb_space_from_file(&b->space, a, b->vertices.min[a]);
@@ -221,8 +234,10 @@ static enum spc_status distribute(struct build *b, struct spb_vertex_cache *cach
     b->in_scan = false;
     enum spc_status status = spb_tmpfile_create(&b->temp, &b->faces_file, err);
     if (status == SPC_OK)
-        status = spb_distributor_init(&b->distributor, b->faces_file, &format, min, max,
-                                      cells_log2(b), b->budget.buffers - cache_memory(b), err);
+        status = choose_cells(b, memory, &cells_log2, err);
+    if (status == SPC_OK)
+        status = spb_distributor_init(&b->distributor, b->faces_file, &format, min, max, cells_log2,
+                                      memory, err);
     b->in_scan = status == SPC_OK;
     if (status == SPC_OK)
         status = spb_faces_read(&in, &b->distributor, &b->stats, err);
@@ -360,7 +375,7 @@ static enum spc_status plan_parts(struct build *b, struct spc_error *err)
         return status;
     b->report->parts = b->plan.part_count;
     return spb_top_init(&b->top, &b->plan, b->faces_file, &b->shared, b->budget.waiting,
-                        b->budget.joins, err);
+                        b->budget.joins, b->budget.threads, err);
 }
 
 static enum spc_status build_tree(struct build *b, struct spc_error *err)

@@ -146,7 +146,6 @@ static enum spc_status answer_all(struct spb_corner_sort *g, const struct spb_ve
                                   (size_t)count * g->bytes, err);
         if (status == SPC_OK)
             status = spb_pool_pipe(&pipe, slots, threads, err);
-        spb_tmpfile_discard(v->file, v->off + first * g->bytes, count * g->bytes);
         spb_pile_discard(&piles[s], asked_file);
         g->value_off[s + 1] = g->value_off[s] + piles[s].count * g->bytes;
     }

@@ -16,9 +16,9 @@
 struct spb_corner_sort;
 
 /*
- * Reads all faces of source once and prepares the second pass. vertices are on disk, and are used
- * up: their space is given back. memory bounds the buffers and the slice; slice_log2 > 0 sets the vertices a slice to
- * its power of two instead (tests).
+ * Reads all faces of source once and prepares the second pass. vertices are on disk. memory bounds
+ * the buffers and the slice; slice_log2 > 0 sets the vertices a slice to its power of two instead
+ * (tests).
  * fails  what the source fails with; SPC_IO, SPC_NO_MEMORY, SPC_CANCELLED
  */
 enum spc_status spb_corner_sort_create(struct spb_source *source,

@@ -9,13 +9,13 @@
 
 /*
  * A grid of 2^n cells along the longest side touches up to 2^n + 1 an axis. A surface fills a
- * tenth of them, but loose triangles may fill all.
+ * tenth of them; loose triangles may fill all.
  */
-static int cells_within(int cells_log2, uint64_t memory)
+int spb_cells_within(int cells_log2, uint64_t memory)
 {
     for (; cells_log2 > 0; cells_log2--) {
         const uint64_t side = ((uint64_t)1 << cells_log2) + 1;
-        if (side * side * side * SPB_PAGE_BYTES <= memory)
+        if (side * side * side * (SPB_PAGE_BYTES / 4) <= memory)
             break;
     }
     return cells_log2;
@@ -26,7 +26,6 @@ enum spc_status spb_distributor_init(struct spb_distributor *d, struct spb_tmpfi
                                      const double max[3], int cells_log2, uint64_t memory,
                                      struct spc_error *err)
 {
-    cells_log2 = cells_within(cells_log2, memory);
     *d = (struct spb_distributor){.format = *format, .dim = {1, 1, 1}};
     double side = 0;
     for (int a = 0; a < 3; a++)

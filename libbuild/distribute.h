@@ -31,14 +31,17 @@ struct spb_distributor {
 
 /*
  * A grid over keys in [min, max]: cells of 2^-cells_log2 of the longest side or a little larger;
- * 0 puts everything into one bucket. cells_log2 <= SPB_CELLS_LOG2_MAX; cells are larger where
- * a page for each of them would take more than memory bytes. fails SPC_NO_MEMORY
+ * 0 puts everything into one bucket. cells_log2 <= SPB_CELLS_LOG2_MAX. Extents are as long as
+ * memory bytes allow: about twice memory / cells in use. fails SPC_NO_MEMORY
  */
 enum { SPB_CELLS_LOG2_MAX = 6 };
 enum spc_status spb_distributor_init(struct spb_distributor *d, struct spb_tmpfile *file,
                                      const struct spb_record_format *format, const double min[3],
                                      const double max[3], int cells_log2, uint64_t memory,
                                      struct spc_error *err);
+
+/* The finest cells, up to cells_log2, of which memory has a quarter page for each if all are used. */
+int spb_cells_within(int cells_log2, uint64_t memory);
 
 /* Numbers of the cells that keys lie in; of each key three values are looked at. Any thread. */
 void spb_distributor_cells(const struct spb_distributor *d, const double (*keys)[4],

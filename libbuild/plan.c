@@ -139,7 +139,8 @@ static enum spc_status distribute_again(struct planner *p, struct set *s, struct
     struct spb_distributor d;
     struct set finer = {0};
     enum spc_status status = spb_distributor_init(&d, p->file, &p->format, s->min, s->max,
-                                                  SPB_CELLS_LOG2_MAX, p->memory, err);
+                                                  spb_cells_within(SPB_CELLS_LOG2_MAX, p->memory),
+                                                  p->memory, err);
     if (status == SPC_OK)
         status = copy_records(p, s, &d, err);
     if (status == SPC_OK)
@@ -331,6 +332,12 @@ void spb_plan_release(struct spb_plan *plan)
     free(plan->buckets);
     free(plan->nodes);
     *plan = (struct spb_plan){0};
+}
+
+void spb_part_prefetch(const struct spb_part *part, struct spb_tmpfile *file)
+{
+    for (uint32_t i = 0; i < part->piece_count; i++)
+        spb_pile_prefetch(&part->pieces[i].bucket->pile, file);
 }
 
 enum spc_status spb_part_read(const struct spb_part *part, struct spb_tmpfile *file,

@@ -49,6 +49,9 @@ enum spc_status spb_plan_make(struct spb_plan *plan, struct spb_distributor *dis
                               struct spc_error *err);
 void spb_plan_release(struct spb_plan *plan);
 
+/* A part whose records will be read soon. */
+void spb_part_prefetch(const struct spb_part *part, struct spb_tmpfile *file);
+
 /*
  * Reads a part's records: records[part->count * record_bytes], input order within equal keys. Once:
  * their disk space is given back.

@@ -202,6 +202,12 @@ void spb_pile_skip(struct spb_pile_reader *reader, uint64_t n)
     }
 }
 
+void spb_pile_prefetch(const struct spb_pile *pile, struct spb_tmpfile *file)
+{
+    for (uint32_t i = 0; i < pile->extent_count; i++)
+        spb_tmpfile_prefetch(file, pile->extents[i].off, pile->extents[i].bytes);
+}
+
 void spb_pile_discard(const struct spb_pile *pile, struct spb_tmpfile *file)
 {
     for (uint32_t i = 0; i < pile->extent_count; i++)

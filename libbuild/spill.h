@@ -66,6 +66,9 @@ enum spc_status spb_pile_read(struct spb_pile_reader *reader, void *bytes, uint6
                               struct spc_error *err);
 void spb_pile_skip(struct spb_pile_reader *reader, uint64_t n);
 
+/* The records will be read soon. */
+void spb_pile_prefetch(const struct spb_pile *pile, struct spb_tmpfile *file);
+
 /* The records are no longer needed: gives their disk space back. */
 void spb_pile_discard(const struct spb_pile *pile, struct spb_tmpfile *file);
 

@@ -161,6 +161,11 @@ enum spc_status spb_tmpfile_read(struct spb_tmpfile *file, uint64_t off, void *b
     return SPC_OK;
 }
 
+void spb_tmpfile_prefetch(struct spb_tmpfile *file, uint64_t off, uint64_t n)
+{
+    (void)posix_fadvise(file->fd, (off_t)off, (off_t)n, POSIX_FADV_WILLNEED);
+}
+
 void spb_tmpfile_discard(struct spb_tmpfile *file, uint64_t off, uint64_t n)
 {
 #ifdef FALLOC_FL_PUNCH_HOLE

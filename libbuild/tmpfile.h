@@ -37,6 +37,9 @@ enum spc_status spb_tmpfile_append_parts(struct spb_tmpfile *file, struct iovec 
 enum spc_status spb_tmpfile_read(struct spb_tmpfile *file, uint64_t off, void *bytes, size_t n,
                                  struct spc_error *err);
 
+/* Bytes that will be read soon: the system may fetch them meanwhile. */
+void spb_tmpfile_prefetch(struct spb_tmpfile *file, uint64_t off, uint64_t n);
+
 /* Bytes that will not be read again: their blocks are given back where the file system can. */
 void spb_tmpfile_discard(struct spb_tmpfile *file, uint64_t off, uint64_t n);
 

@@ -349,6 +349,8 @@ enum spc_status spb_top_part(struct spb_top *top, uint32_t part, struct spc_erro
     struct spb_workspace *w = workspace_take(top);
     if (w == NULL)
         return no_memory(err);
+    if (part + top->ahead < top->plan->part_count)
+        spb_part_prefetch(&top->plan->parts[part + top->ahead], top->file);
     enum spc_status status =
         build_part(p, top->file, top->shared, w, &top->subtrees[node].tree, err);
     workspace_give(top, w);
@@ -366,10 +368,10 @@ enum spc_status spb_top_part(struct spb_top *top, uint32_t part, struct spc_erro
 
 enum spc_status spb_top_init(struct spb_top *top, const struct spb_plan *plan,
                              struct spb_tmpfile *file, const struct spb_pack_shared *shared,
-                             uint64_t waiting, unsigned joins, struct spc_error *err)
+                             uint64_t waiting, unsigned joins, unsigned ahead, struct spc_error *err)
 {
     *top = (struct spb_top){.plan = plan, .shared = shared, .file = file, .waiting_max = waiting,
-                            .joins = joins,
+                            .joins = joins, .ahead = ahead,
                             .subtrees = calloc(plan->node_count, sizeof *top->subtrees)};
     if (top->subtrees == NULL)
         return no_memory(err);

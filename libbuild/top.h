@@ -25,6 +25,7 @@ struct spb_top {
     pthread_cond_t joined;
     struct spb_workspace *idle;     /* memory of parts that were built, for the next ones */
     uint64_t waiting, waiting_max;  /* bytes of built trees in memory; others wait on disk */
+    unsigned ahead;
     unsigned joins;                 /* plan nodes that may be built at once, less those that are */
 };
 
@@ -32,11 +33,12 @@ struct spb_top {
  * waiting  bytes of trees that may wait in memory
  * joins    plan nodes above the parts that are built at once, at least 1; each takes up to five
  *          times the pending nodes of a cluster, with their leaves' records
+ * ahead    parts by which fetching records from disk goes before building: those built at once
  * fails    SPC_NO_MEMORY
  */
 enum spc_status spb_top_init(struct spb_top *top, const struct spb_plan *plan,
                              struct spb_tmpfile *file, const struct spb_pack_shared *shared,
-                             uint64_t waiting, unsigned joins, struct spc_error *err);
+                             uint64_t waiting, unsigned joins, unsigned ahead, struct spc_error *err);
 void spb_top_release(struct spb_top *top);
 
 /*

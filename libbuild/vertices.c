@@ -138,3 +138,58 @@ void spb_vertices_release(struct spb_vertices *vertices)
     spb_tmpfile_free(vertices->file);
     *vertices = (struct spb_vertices){0};
 }
+
+/* ---- where they are ------------------------------------------------------------------------------ */
+
+enum { PIECE = 1024, PIECES_MOST = 1024 };      /* of the sample: a million vertices */
+
+static size_t cell_of(const struct spb_space *space, int cells_log2, const double xyz[3])
+{
+    const double most = times_exp2(1, cells_log2) - 1;
+    size_t cell = 0;
+    for (int a = 0; a < 3; a++) {
+        const double k = floor(times_exp2(spb_space_from_file(space, a, xyz[a]), cells_log2));
+        cell = cell << cells_log2 | (size_t)(k > 0 ? smaller_of(k, most) : 0);
+    }
+    return cell;
+}
+
+static void mark(const struct spb_vertices *v, const struct spb_space *space, int cells_log2,
+                 const uint8_t *vertices, uint64_t count, uint8_t *marked, uint64_t *used)
+{
+    for (uint64_t i = 0; i < count; i++) {
+        double xyz[3];
+        spb_vertex_load(v, vertices + i * v->bytes, xyz);
+        if (!isfinite(xyz[0]) || !isfinite(xyz[1]) || !isfinite(xyz[2]))
+            continue;
+        const size_t cell = cell_of(space, cells_log2, xyz);
+        *used += !marked[cell];
+        marked[cell] = 1;
+    }
+}
+
+enum spc_status spb_vertices_cells(const struct spb_vertices *v, const struct spb_space *space,
+                                   int cells_log2, uint64_t *used, struct spc_error *err)
+{
+    const uint64_t pieces = (v->count + PIECE - 1) / PIECE;
+    const uint64_t stride = (pieces + PIECES_MOST - 1) / PIECES_MOST;
+    uint8_t *marked = calloc((size_t)1 << 3 * cells_log2, 1);
+    uint8_t *piece = malloc((size_t)PIECE * v->bytes);
+    enum spc_status status = SPC_OK;
+    *used = 0;
+    if (marked == NULL || piece == NULL)
+        status = spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to look at the vertices");
+    for (uint64_t p = 0; p < pieces && status == SPC_OK; p += stride) {
+        const uint64_t first = p * PIECE;
+        const uint64_t count = v->count - first < PIECE ? v->count - first : PIECE;
+        if (v->table == NULL)
+            status = spb_tmpfile_read(v->file, v->off + first * v->bytes, piece,
+                                      (size_t)(count * v->bytes), err);
+        if (status == SPC_OK)
+            mark(v, space, cells_log2, v->table ? v->table + first * v->bytes : piece, count, marked,
+                 used);
+    }
+    free(marked);
+    free(piece);
+    return status;
+}

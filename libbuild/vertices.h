@@ -5,6 +5,7 @@
 #define SPB_VERTICES_H
 
 #include "progress.h"
+#include "space.h"
 #include "source.h"
 #include "tmpfile.h"
 
@@ -44,5 +45,13 @@ static inline bool spb_face_wanted(const struct spb_vertices *v, const uint64_t 
 
 /* The coordinates of one, from its bytes. */
 void spb_vertex_load(const struct spb_vertices *vertices, const uint8_t *bytes, double xyz[3]);
+
+/*
+ * How many cells of a grid of 2^cells_log2 along the box's longest side hold vertices, by a sample
+ * of them spread over the table. fails SPC_NO_MEMORY, SPC_IO
+ */
+enum spc_status spb_vertices_cells(const struct spb_vertices *vertices,
+                                   const struct spb_space *space, int cells_log2, uint64_t *used,
+                                   struct spc_error *err);
 
 #endif
