@@ -205,6 +205,9 @@ static void print_summary(const struct spb_build_options *b, const struct spb_bu
             "%s read, %u part%s\n", u->wall_s, u->cpu_s, cli_bytes_text(u->peak_bytes, a),
             cli_bytes_text(b->memory, d), cli_bytes_text(r->temp_written, e),
             cli_bytes_text(r->temp_read, f), r->parts, r->parts == 1 ? "" : "s");
+    if (u->group_bytes > 0 && u->wall_s >= PHASES_AFTER_S)
+        fprintf(stderr, "  the control group's peak, page cache and other programs included: %s\n",
+                cli_bytes_text(u->group_bytes, a));
     if (u->wall_s >= PHASES_AFTER_S)
         print_phases(r);
 }

@@ -2,6 +2,7 @@
  * Files past 2^31 and 2^32 bytes. Disks need not hold them: scans have holes, and the pwrite below,
  * in the place of libc's, writes only the ends of long runs of zeros.
  */
+#define _GNU_SOURCE                 /* pwritev, under the name that tmpfile.c calls it by */
 #include "distribute.h"
 #include "scan_case.h"
 
