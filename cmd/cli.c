@@ -2,6 +2,7 @@
 #include "cli.h"
 
 #include <errno.h>
+#include <malloc.h>
 #include <math.h>
 #include <signal.h>
 #include <stdarg.h>
@@ -33,10 +34,23 @@ static void on_unreadable(int number, siginfo_t *info, void *context)
     errno = saved;
 }
 
+/*
+ * glibc would answer ever larger requests from heaps that it keeps a thread, and lose as much to gaps
+ * as is in use: --memory would not hold. Large buffers go back to the system when they are freed.
+ */
+static void give_memory_back(void)
+{
+#ifdef M_MMAP_THRESHOLD
+    enum { LARGE = 4 << 20 };
+    mallopt(M_MMAP_THRESHOLD, LARGE);
+#endif
+}
+
 void cli_init(const char *tool)
 {
     struct sigaction action = {.sa_flags = SA_SIGINFO};
     tool_name = tool;
+    give_memory_back();
     action.sa_sigaction = on_unreadable;
     sigemptyset(&action.sa_mask);
     sigaction(SIGBUS, &action, NULL);
