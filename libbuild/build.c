@@ -121,6 +121,7 @@ static enum spc_status make_budget(struct build *b, struct spc_error *err)
         b->budget.part_faces = b->options->part_faces;
     if (b->options->slice_log2 > 0 || b->options->vertices_on_disk)
         b->budget.table = 0;
+    spb_pool_reserve(b->budget.threads);
     if (b->budget.least <= b->options->memory)
         return SPC_OK;
     return spc_fail(err, SPC_LIMIT, SPC_NO_OFF,

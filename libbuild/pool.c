@@ -144,6 +144,11 @@ static unsigned pool_size(unsigned threads)
     return threads;
 }
 
+void spb_pool_reserve(unsigned threads)
+{
+    (void)pool_size(threads);
+}
+
 static void run_in_line(struct pool *p)
 {
     p->in_line = true;

@@ -9,6 +9,12 @@
 #include <stdbool.h>
 
 /*
+ * The most threads that any run to come may use. libuv starts its pool once, for whoever is first: without
+ * this a first run on few threads would leave no more to all others.
+ */
+void spb_pool_reserve(unsigned threads);
+
+/*
  * Runs job(ctx, i, err) for every i below count, on up to threads threads at a time, in no
  * particular order. After a failure no new job starts. Returns the first failure by job number
  * among those that ran, so that the message does not depend on timing more than it must.
@@ -24,8 +30,8 @@ enum spc_status spb_pool_run(size_t count, unsigned threads, spb_job_fn job, spb
 
 /*
  * A stream of batches through slots: make fills a slot, work changes it, take uses it up. make and
- * take run on the calling thread, each in the order of the batches; work runs on up to threads
- * threads, in no order. With one thread all run on the calling one. make sets *end instead when
+ * take run on the calling thread, each in the order of the batches; work runs on the pool's threads,
+ * in no order. With one thread all run on the calling one. make sets *end instead when
  * there is no further batch. Stops at the first failure by order.
  * fails  what a step failed with; SPC_NO_MEMORY
  */
