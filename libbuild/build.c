@@ -185,9 +185,8 @@ static enum spc_status sort_corners(struct build *b, struct spc_error *err)
 }
 
 /*
- * A part should be some eight cells wide, so that it can be split off unread; a surface of n parts
- * is about sqrt(n) parts wide. Cells are coarser where a page for each that is used, going by a
- * sample of the vertices, would take more than the buffers.
+ * Cells of half the size that parts ask for, since surfaces are uneven; coarser where a page for
+ * each cell that is used, going by a sample of the vertices, would take more than memory.
  */
 static enum spc_status choose_cells(struct build *b, uint64_t memory, int *log2,
                                     struct spc_error *err)
@@ -196,9 +195,7 @@ static enum spc_status choose_cells(struct build *b, uint64_t memory, int *log2,
                                                               : b->report->faces;
     const uint64_t parts = faces / b->budget.part_faces + 1;
     enum spc_status status = SPC_OK;
-    for (*log2 = parts > 1 ? 3 : 0; parts > 1 && *log2 < SPB_CELLS_LOG2_MAX; ++*log2)
-        if ((uint64_t)1 << 2 * (*log2 - 3) >= parts)
-            break;
+    *log2 = spb_cells_for_parts(parts > 1 ? 4 * parts : 1);
     const int surely = spb_cells_within(*log2, memory / 4);
     for (; *log2 > surely; --*log2) {
         uint64_t used = 0;

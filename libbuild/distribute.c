@@ -7,6 +7,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+int spb_cells_for_parts(uint64_t parts)
+{
+    int log2 = 2;
+    if (parts <= 1)
+        return 0;
+    while (log2 < SPB_CELLS_LOG2_MAX && (uint64_t)1 << 2 * (log2 - 2) < parts)
+        log2++;
+    return log2;
+}
+
 /*
  * A grid of 2^n cells along the longest side touches up to 2^n + 1 an axis. A surface fills a
  * tenth of them; loose triangles may fill all.

@@ -40,6 +40,12 @@ enum spc_status spb_distributor_init(struct spb_distributor *d, struct spb_tmpfi
                                      const double max[3], int cells_log2, uint64_t memory,
                                      struct spc_error *err);
 
+/*
+ * Cells for records that are to be parted: four along a part, whose split planes are a quarter of a
+ * box's side apart; a surface of n parts is about sqrt(n) parts wide.
+ */
+int spb_cells_for_parts(uint64_t parts);
+
 /* The finest cells, up to cells_log2, of which memory has a quarter page for each if all are used. */
 int spb_cells_within(int cells_log2, uint64_t memory);
 

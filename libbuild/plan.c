@@ -134,13 +134,22 @@ static enum spc_status copy_records(struct planner *p, const struct set *s,
     return status;
 }
 
+/* As parts ask for, but not so fine that the list of buckets outgrows the records. */
+static int cells_again(const struct planner *p, const struct set *s)
+{
+    enum { LEAST = 2, RECORDS_A_CELL = 16 };        /* four cells along: enough for one split */
+    int log2 = spb_cells_for_parts(s->count / p->part_faces + 2);
+    while (log2 > LEAST && (uint64_t)RECORDS_A_CELL << 3 * log2 > s->count)
+        log2--;
+    return spb_cells_within(log2, p->memory);
+}
+
 static enum spc_status distribute_again(struct planner *p, struct set *s, struct spc_error *err)
 {
     struct spb_distributor d;
     struct set finer = {0};
     enum spc_status status = spb_distributor_init(&d, p->file, &p->format, s->min, s->max,
-                                                  spb_cells_within(SPB_CELLS_LOG2_MAX, p->memory),
-                                                  p->memory, err);
+                                                  cells_again(p, s), p->memory, err);
     if (status == SPC_OK)
         status = copy_records(p, s, &d, err);
     if (status == SPC_OK)

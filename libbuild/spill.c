@@ -51,7 +51,7 @@ static enum spc_status add_extent(struct spb_pile *pile, struct spb_extent exten
                                   struct spc_error *err)
 {
     if (pile->extent_count == pile->extent_max) {
-        const uint32_t grown = pile->extent_max ? 2 * pile->extent_max : 4;
+        const uint32_t grown = pile->extent_max ? 2 * pile->extent_max : 1;
         struct spb_extent *extents = realloc(pile->extents, grown * sizeof *extents);
         if (extents == NULL)
             return no_memory(err);
