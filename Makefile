@@ -98,9 +98,11 @@ $(B)/tests/faults_%: $(call obj,tests/faults/faults_%.c tests/faults/faults_run.
 	$(LINK)
 
 # Programs that measure: a file each in tests/bench/, built only for it. select and count need no GL.
+$(B)/bench-bandwidth: $(call obj,tests/bench/bandwidth.c)
+	$(LINK)
 $(B)/bench-%: $(call obj,tests/bench/%.c) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_format)
-bench: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-decode && scripts/bench $(B) $(SCAN)  ## cost of the codecs, on a generated scan (SCAN=path: and on that one)
+bench: ; @scripts/install_deps build bench && $(MAKE) -j$$(nproc) all $(B)/bench-decode $(B)/bench-bandwidth && scripts/bench $(B) $(SCAN) && scripts/scaling $(B)  ## cost of the codecs, on a generated scan (SCAN=path: and on that one), and of larger scans (SCALING="1 10" million triangles)
 decisions: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-decisions $(B)/bench-orders && scripts/decisions $(B)  ## tables of spec/decisions.md, some minutes (SPC_DATA=folder: on folder/scans too)
 
 # The same targets as in tests/test_fuzz_replay.c, driven by libFuzzer of clang.
