@@ -47,6 +47,18 @@ void pack_normals_sum(const uint16_t *normals, uint32_t count, double sum[3])
     }
 }
 
+void pack_cone_axis(const double sum[3], float cone[3], double axis[3])
+{
+    const double length = vec_length(sum);
+    for (int a = 0; a < 3; a++) {
+        /* GCC 12 makes vectors of this and takes the way to float and back for nothing */
+        volatile float rounded = length > 0 ? (float)(sum[a] / length) : (float)(a == 2);
+        cone[a] = rounded;
+        axis[a] = (double)cone[a];
+    }
+    vec_scale(axis, 1 / vec_length(axis), axis);
+}
+
 /*
  * Cosine of the cone about an axis that holds a cone: of the sum of the angle between axis and normal,
  * whose cosine is dot, and the cone's half angle. -1 for every direction.

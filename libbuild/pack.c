@@ -102,17 +102,6 @@ static void fill_bounds(const struct pack *p, struct spc_cluster *c)
     c->sub_sphere[3] = float_above(radius);
 }
 
-/* A unit float vector near v; cosines against it are measured, so its rounding does not matter. */
-static void store_axis(const double v[3], float cone[4], double axis[3])
-{
-    const double length = vec_length(v);
-    for (int a = 0; a < 3; a++)
-        cone[a] = length > 0 ? (float)(v[a] / length) : (float)(a == 2);
-    for (int a = 0; a < 3; a++)
-        axis[a] = (double)cone[a];
-    vec_scale(axis, 1 / vec_length(axis), axis);
-}
-
 static void fill_record(struct pack *p)
 {
     struct spc_cluster *c = &p->out->record;
@@ -211,7 +200,7 @@ static void pack_release(struct pack *p)
 static enum spc_status pack_all(struct pack *p, uint32_t *number, struct spc_error *err)
 {
     pack_collect(p);
-    store_axis(p->normal_sum, p->out->record.cone, p->axis);
+    pack_cone_axis(p->normal_sum, p->out->record.cone, p->axis);
     enum spc_status status = pack_quantise(p, err);
     if (status != SPC_OK)
         return status;

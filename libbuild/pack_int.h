@@ -150,6 +150,12 @@ static inline int64_t pack_vertex_at(const struct pack *p, const struct pack_ver
 /* cones.c: sum of the normals; order matters. */
 void pack_normals_sum(const uint16_t *normals, uint32_t count, double sum[3]);
 
+/*
+ * A unit float vector near a sum, as it is stored, and exactly that direction in doubles: cosines against
+ * it are measured, so its rounding does not matter.
+ */
+void pack_cone_axis(const double sum[3], float cone[3], double axis[3]);
+
 /* Least cosine of a block's cones about the axes of their groups; also about p->axis: p->cosine. */
 void pack_cones(struct pack *p, const struct pack_block *b, double cosine[SPC_NORMAL_CLUSTERS_MAX]);
 

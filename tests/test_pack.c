@@ -206,8 +206,28 @@ START_TEST(cones_hold_all_of_a_group)
 }
 END_TEST
 
+START_TEST(the_axis_of_a_cone_is_the_stored_one_to_the_last_bit)
+{
+    uint64_t state = 3;
+    for (int i = 0; i < 1000; i++) {
+        const double sum[3] = {next(&state) - 0.5, next(&state) - 0.5, next(&state) - 0.5};
+        float cone[3];
+        double axis[3], stored[3];
+        pack_cone_axis(sum, cone, axis);
+        for (int a = 0; a < 3; a++) {
+            const volatile float read = cone[a];
+            stored[a] = (double)read;
+            ck_assert_double_eq_tol(stored[a], sum[a] / vec_length(sum), 0x1p-24);
+        }
+        const double shrink = 1 / vec_length(stored);
+        for (int a = 0; a < 3; a++)
+            ck_assert_double_eq(axis[a], stored[a] * shrink);
+    }
+}
+END_TEST
+
 int main(void)
 {
     return SUITE("pack", NULL, NULL, leaves_are_the_formats, normals_add_up_as_decoded,
-                 cones_hold_all_of_a_group);
+                 cones_hold_all_of_a_group, the_axis_of_a_cone_is_the_stored_one_to_the_last_bit);
 }
