@@ -27,46 +27,58 @@ enum { SECTORS = 8, RINGS = 3, PATCHES = SECTORS * RINGS, N = SPB_CHILDREN_MAX }
 static const double OCTAGON[SECTORS + 1][2] = {
     {1, 0}, {HALF, HALF}, {0, 1}, {-HALF, HALF}, {-1, 0}, {-HALF, -HALF}, {0, -1}, {HALF, -HALF}, {1, 0},
 };
+/* As in combine.c. */
+static const double OUTWARD = 1 + 0x1p-44;
+
 static const double RING_RADIUS[RINGS + 1] = {0, 0.5, 0.8660, 1.0823922002923941};
 
 /* Two directions that with n make a frame. */
 SPB_INLINE void tangents(const double n[3], double u[3], double v[3])
 {
-    const double axis[3] = {fabs(n[0]) < 0.6, fabs(n[0]) >= 0.6, 0};
+    const double axis[3] = {fabs(n[0]) < 0.6 ? 1 : 0, fabs(n[0]) >= 0.6 ? 1 : 0, 0};
     vec_cross(n, axis, u);
     vec_scale(u, 1 / vec_length(u), u);
     vec_cross(n, u, v);
 }
 
-struct child_views {                /* children's disks in the frame of their parent's */
-    double x[N], y[N];              /* centre in the plane */
-    double inner[N];                /* radius of the circle that its projection holds */
-    double off[N];                  /* bound on the distance from the plane */
+struct frames {                     /* of all nodes */
+    spb_lane u[3], v[3];
 };
 
-SPB_INLINE void view_children(const double n[3], const struct spb_family *f,
-                              const struct spb_family_view *view, struct child_views *c)
+SPB_INLINE void find_frames(const struct spb_families *f, struct frames *t)
 {
-    double u[3], v[3];
-    tangents(n, u, v);
-    for (int i = 0; i < N; i++) {
-        const double x = view->from[0][i], y = view->from[1][i], z = view->from[2][i];
-        c->x[i] = x * u[0] + y * u[1] + z * u[2];
-        c->y[i] = x * v[0] + y * v[1] + z * v[2];
-        c->inner[i] = f->radius[i] * view->cosine[i];
-        c->off[i] = view->off[i] + f->radius[i] * view->sine[i];
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        const double n[3] = {f->normal[0][i], f->normal[1][i], f->normal[2][i]};
+        double u[3], v[3];
+        tangents(n, u, v);
+        for (int a = 0; a < 3; a++) {
+            t->u[a][i] = u[a];
+            t->v[a][i] = v[a];
+        }
     }
 }
 
-/* ---- about, in floats -------------------------------------------------------------------------- */
-
-#define H ((float)HALF)
-struct edges {                      /* outer edges of all patches: both corners */
-    float x[2][PATCHES], y[2][PATCHES];
+struct child_views {                /* children's disks in the frame of their parent's: [child][lane] */
+    spb_lane x[N], y[N];            /* centre in the plane */
+    spb_lane inner[N];              /* radius of the circle that its projection holds */
+    spb_lane off[N];                /* bound on the distance from the plane */
 };
-static const float EDGE_X[2][SECTORS] = {{1, H, 0, -H, -1, -H, 0, H}, {H, 0, -H, -1, -H, 0, H, 1}};
-static const float EDGE_Y[2][SECTORS] = {{0, H, 1, H, 0, -H, -1, -H}, {H, 1, H, 0, -H, -1, -H, 0}};
-#undef H
+
+SPB_INLINE void view_children(const struct spb_families *f, struct child_views *c)
+{
+    struct frames t;
+    find_frames(f, &t);
+    for (int k = 0; k < N; k++)
+        for (uint32_t i = 0; i < f->lanes; i++) {
+            const double x = f->away[0][k][i], y = f->away[1][k][i], z = f->away[2][k][i];
+            c->x[k][i] = x * t.u[0][i] + y * t.u[1][i] + z * t.u[2][i];
+            c->y[k][i] = x * t.v[0][i] + y * t.v[1][i] + z * t.v[2][i];
+            c->inner[k][i] = f->from_radius[k][i] * f->cosine[k][i];
+            c->off[k][i] = f->off[k][i] + f->from_radius[k][i] * f->sine[k][i];
+        }
+}
+
+/* ---- about, in floats -------------------------------------------------------------------------- */
 
 SPB_INLINE float float_larger(float a, float b)
 {
@@ -78,147 +90,236 @@ SPB_INLINE float float_smaller(float a, float b)
     return a < b ? a : b;
 }
 
-SPB_INLINE void place_edges(double radius, struct edges *e)
+struct about {                      /* [child][lane] */
+    float x[N][SPB_LANES], y[N][SPB_LANES], inner[N][SPB_LANES], off[N][SPB_LANES], add[N][SPB_LANES];
+    float reach[SECTORS][SPB_LANES];            /* of the patches of the outer ring */
+    float least[SPB_LANES];                     /* what a patch of the largest reach has at least */
+    uint32_t found[SPB_LANES];                  /* patches, a bit each, one of which has the largest reach */
+};
+
+SPB_INLINE void round_views(const struct spb_families *f, const struct child_views *c,
+                            struct about *t)
 {
-    for (int ring = 0; ring < RINGS; ring++) {
-        const float r = (float)(radius * RING_RADIUS[ring + 1]);
-        for (int end = 0; end < 2; end++)
-            for (int s = 0; s < SECTORS; s++) {
-                e->x[end][ring * SECTORS + s] = r * EDGE_X[end][s];
-                e->y[end][ring * SECTORS + s] = r * EDGE_Y[end][s];
-            }
-    }
+    for (int k = 0; k < N; k++)
+        for (uint32_t i = 0; i < f->lanes; i++) {
+            t->x[k][i] = (float)c->x[k][i];
+            t->y[k][i] = (float)c->y[k][i];
+            t->inner[k][i] = (float)c->inner[k][i];
+            t->off[k][i] = (float)c->off[k][i];
+            t->add[k][i] = (float)f->from_reach[k][i];
+        }
 }
 
-/* Child i's g over all patches: reach becomes the smaller. */
-SPB_INLINE void reach_of_child(const struct edges *e, const struct child_views *c,
-                               const struct spb_family *f, int i, float reach[PATCHES])
+/* Squared, from the corners of the octagon of radius r to a point. */
+SPB_INLINE void distances(float r, float x, float y, float out[SECTORS + 1])
 {
-    const float x = (float)c->x[i], y = (float)c->y[i];
-    const float inner = (float)c->inner[i], off = (float)c->off[i], add = (float)f->reach[i];
-    float far[SECTORS + PATCHES];   /* squared, of an edge: the innermost one is the centre */
-    for (int p = 0; p < SECTORS; p++)
-        far[p] = x * x + y * y;
-    for (int p = 0; p < PATCHES; p++) {
-        const float ax = e->x[0][p] - x, ay = e->y[0][p] - y;
-        const float bx = e->x[1][p] - x, by = e->y[1][p] - y;
-        far[SECTORS + p] = float_larger(ax * ax + ay * ay, bx * bx + by * by);
+    const float h = r * (float)HALF, to_x[5] = {r - x, h - x, x, h + x, r + x};
+    const float to_y[5] = {r - y, h - y, y, h + y, r + y};
+    float xx[5], yy[5];
+    for (int k = 0; k < 5; k++) {
+        xx[k] = to_x[k] * to_x[k];
+        yy[k] = to_y[k] * to_y[k];
     }
-    for (int p = 0; p < PATCHES; p++) {
-        const float farthest = float_larger(far[p], far[p + SECTORS]);
-        const float in_plane = float_larger(0, sqrtf(farthest) - inner);
-        reach[p] = float_smaller(reach[p], sqrtf(in_plane * in_plane + off * off) + add);
+    out[0] = out[SECTORS] = xx[0] + yy[2];
+    out[1] = xx[1] + yy[1];
+    out[2] = xx[2] + yy[0];
+    out[3] = xx[3] + yy[1];
+    out[4] = xx[4] + yy[2];
+    out[5] = xx[3] + yy[3];
+    out[6] = xx[2] + yy[4];
+    out[7] = xx[1] + yy[3];
+}
+
+/* Squared, to the farthest corners of the patches between two octagons; inner: of the smaller one. */
+SPB_INLINE void farthest(const float inner[SECTORS + 1], const float outer[SECTORS + 1],
+                         float out[SECTORS])
+{
+    float both[SECTORS + 1];
+    for (int s = 0; s <= SECTORS; s++)
+        both[s] = float_larger(inner[s], outer[s]);
+    for (int s = 0; s < SECTORS; s++)
+        out[s] = float_larger(both[s], both[s + 1]);
+}
+
+/* g of child k over the outer ring: reach becomes the smaller. */
+SPB_INLINE void reach_outside(const struct spb_families *f, int k, struct about *t)
+{
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        const float x = t->x[k][i], y = t->y[k][i], off = t->off[k][i];
+        const float r1 = (float)(f->radius[i] * RING_RADIUS[2]);
+        const float r2 = (float)(f->radius[i] * RING_RADIUS[3]);
+        float inner[SECTORS + 1], outer[SECTORS + 1], far[SECTORS];
+        distances(r1, x, y, inner);
+        distances(r2, x, y, outer);
+        farthest(inner, outer, far);
+        for (int s = 0; s < SECTORS; s++) {
+            const float in_plane = float_larger(0, sqrtf(far[s]) - t->inner[k][i]);
+            const float g = sqrtf(in_plane * in_plane + off * off) + t->add[k][i];
+            t->reach[s][i] = float_smaller(t->reach[s][i], g);
+        }
     }
 }
 
 /*
- * Patches, a bit each, one of which has the largest reach. All lengths are parts of the sum s of
- * one child at least, or of the radius: some 35 roundings of 2^-24 s, so values are off by less
- * than 2^-18 s and the largest by no more than 2^-17 s against another. Squares do not underflow:
- * lengths are 0 or above 2^-50.
+ * All lengths are parts of the sum s of one child at least, or of the radius: some 35 roundings of
+ * 2^-24 s, so values are off by less than 2^-18 s and the largest by no more than 2^-17 s against
+ * another. Squares do not underflow: lengths are 0 or above 2^-50.
  */
-SPB_INLINE uint32_t find_patches(double radius, const struct child_views *c,
-                                 const struct spb_family *f)
+SPB_INLINE void find_least(const struct spb_families *f, const struct child_views *c,
+                           struct about *t)
 {
-    struct edges e;
-    float reach[PATCHES], most[SECTORS];
-    double sum[N];
-    uint32_t found = 0;
-    place_edges(radius, &e);
-    for (int p = 0; p < PATCHES; p++)
-        reach[p] = HUGE_VALF;
-    for (uint32_t i = 0; i < f->count; i++)
-        reach_of_child(&e, c, f, (int)i, reach);
-    for (int i = 0; i < N; i++)
-        sum[i] = fabs(c->x[i]) + fabs(c->y[i]) + c->inner[i] + c->off[i] + f->reach[i];
-    const float margin = (float)(2 * radius + family_largest(sum)) * 0x1p-16f;
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        double sum[N];
+        float most = t->reach[0][i];
+        for (int k = 0; k < N; k++)
+            sum[k] = fabs(c->x[k][i]) + fabs(c->y[k][i]) + c->inner[k][i] + c->off[k][i] +
+                     f->from_reach[k][i];
+        for (int s = 1; s < SECTORS; s++)
+            most = float_larger(most, t->reach[s][i]);
+        const float margin = (float)(2 * f->radius[i] + largest_of_four(sum)) * 0x1p-16f;
+        t->least[i] = most - margin;
+    }
+}
+
+/*
+ * Patches inside of the outer ring over which g of child k is below least are not the ones: where
+ * the distance in the plane is below inner + sqrt((least - h)^2 - off^2). Roundings before that root are
+ * as of 2^-22 (least - h), far below the margin.
+ */
+SPB_INLINE void cover_inside(const struct spb_families *f, int k, struct about *t)
+{
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        const float x = t->x[k][i], y = t->y[k][i], off = t->off[k][i];
+        const float left = t->least[i] - t->add[k][i], square = left * left - off * off;
+        const float in_plane = t->inner[k][i] + sqrtf(float_larger(square, 0));
+        const float limit = left >= 0 && square >= 0 ? in_plane * in_plane : -1;
+        const float r0 = (float)(f->radius[i] * RING_RADIUS[1]);
+        const float r1 = (float)(f->radius[i] * RING_RADIUS[2]);
+        float center[SECTORS + 1], inner[SECTORS + 1], outer[SECTORS + 1], far[2 * SECTORS];
+        uint32_t covered = 0;
+        for (int s = 0; s <= SECTORS; s++)
+            center[s] = x * x + y * y;
+        distances(r0, x, y, inner);
+        distances(r1, x, y, outer);
+        farthest(center, inner, far);
+        farthest(inner, outer, far + SECTORS);
+        for (int p = 0; p < 2 * SECTORS; p++)
+            covered |= far[p] <= limit ? 1u << p : 0;
+        t->found[i] &= ~covered;
+    }
+}
+
+SPB_INLINE void find_patches(const struct spb_families *f, const struct child_views *c,
+                             struct about *t)
+{
+    round_views(f, c, t);
     for (int s = 0; s < SECTORS; s++)
-        most[s] = float_larger(reach[s], float_larger(reach[s + SECTORS], reach[s + 2 * SECTORS]));
-    for (int half = SECTORS / 2; half > 0; half /= 2)
-        for (int s = 0; s < half; s++)
-            most[s] = float_larger(most[s], most[s + half]);
-    const float least = most[0] - margin;
-    for (int p = 0; p < PATCHES; p++)
-        found |= (uint32_t)(reach[p] >= least) << p;
-    return found;
+        for (uint32_t i = 0; i < f->lanes; i++)
+            t->reach[s][i] = HUGE_VALF;
+    for (int k = 0; k < N; k++)
+        reach_outside(f, k, t);
+    find_least(f, c, t);
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        uint32_t found = (1u << 2 * SECTORS) - 1;
+        for (int s = 0; s < SECTORS; s++)
+            found |= t->reach[s][i] >= t->least[i] ? 1u << (s + 2 * SECTORS) : 0;
+        t->found[i] = found;
+    }
+    for (int k = 0; k < N; k++)
+        cover_inside(f, k, t);
 }
 
 /* ---- exactly ----------------------------------------------------------------------------------- */
 
-/* From the centre of child i. */
-SPB_INLINE double square_to(const struct child_views *c, int i, double x, double y)
+/* From the centre of child k. */
+SPB_INLINE double square_to(const struct child_views *c, int k, uint32_t lane, double x, double y)
 {
-    return (x - c->x[i]) * (x - c->x[i]) + (y - c->y[i]) * (y - c->y[i]);
+    return (x - c->x[k][lane]) * (x - c->x[k][lane]) + (y - c->y[k][lane]) * (y - c->y[k][lane]);
 }
 
-SPB_INLINE double reach_of_patch(double radius, const struct child_views *c,
-                                 const struct spb_family *f, int patch)
+SPB_INLINE double reach_of_patch(const struct spb_families *f, const struct child_views *c,
+                                 uint32_t lane, int patch)
 {
     const int ring = patch / SECTORS, sector = patch % SECTORS;
     double g[N], far[N], x[4], y[4];
     for (int k = 0; k < 4; k++) {
-        const double r = radius * RING_RADIUS[ring + (k >> 1)];
+        const double r = f->radius[lane] * RING_RADIUS[ring + (k >> 1)];
         x[k] = r * OCTAGON[sector + (k & 1)][0];
         y[k] = r * OCTAGON[sector + (k & 1)][1];
     }
     SPB_ROLLED
-    for (int i = 0; i < N; i++) {
-        const double inner = larger_of(square_to(c, i, x[0], y[0]), square_to(c, i, x[1], y[1]));
-        const double outer = larger_of(square_to(c, i, x[2], y[2]), square_to(c, i, x[3], y[3]));
-        far[i] = larger_of(inner, outer);
+    for (int k = 0; k < N; k++) {
+        const double inner = larger_of(square_to(c, k, lane, x[0], y[0]),
+                                       square_to(c, k, lane, x[1], y[1]));
+        const double outer = larger_of(square_to(c, k, lane, x[2], y[2]),
+                                       square_to(c, k, lane, x[3], y[3]));
+        far[k] = larger_of(inner, outer);
     }
     SPB_ROLLED
-    for (int i = 0; i < N; i++) {
-        const double in_plane = larger_of(0, sqrt(far[i]) - c->inner[i]);
-        g[i] = sqrt(in_plane * in_plane + c->off[i] * c->off[i]) + f->reach[i];
+    for (int k = 0; k < N; k++) {
+        const double in_plane = larger_of(0, sqrt(far[k]) - c->inner[k][lane]);
+        g[k] = sqrt(in_plane * in_plane + c->off[k][lane] * c->off[k][lane]) +
+               f->from_reach[k][lane];
     }
-    return family_smallest(g);
+    return smallest_of_four(g);
 }
 
-SPB_VECTORS double spb_reach_bound(double radius, const double n[3], const struct spb_family *f,
-                                   const struct spb_family_view *view)
+SPB_VECTORS void spb_reach_bounds(struct spb_families *f)
 {
     struct child_views c;
-    double reach = 0;
-    view_children(n, f, view, &c);
-    for (uint32_t found = find_patches(radius, &c, f); found != 0; found &= found - 1)
-        reach = larger_of(reach, reach_of_patch(radius, &c, f, __builtin_ctz(found)));
-    return smaller_of(reach, 2 * radius);
+    struct about t;
+    view_children(f, &c);
+    find_patches(f, &c, &t);
+    for (uint32_t i = 0; i < f->used; i++) {
+        double reach = 0;
+        for (uint32_t found = t.found[i]; found != 0; found &= found - 1)
+            reach = larger_of(reach, reach_of_patch(f, &c, i, __builtin_ctz(found)));
+        f->reach[i] = smaller_of(reach, 2 * f->radius[i]) * OUTWARD;
+    }
 }
 
 /* ---- as in the papers -------------------------------------------------------------------------- */
 
-/* Extent of the children's disks along a direction, from the node's centre. */
-SPB_INLINE void extent_along(const double dir[3], const struct spb_family *f,
-                             const struct spb_family_view *view, double *lo, double *hi)
+/* Extents of the children's disks along directions, from the nodes' centres. */
+SPB_INLINE void extents_along(const spb_lane dir[3], const struct spb_families *f, spb_lane lo,
+                              spb_lane hi)
 {
-    double dot[N], low[N], high[N];
-    family_dots(f, dir, dot);
-    for (int i = 0; i < N; i++) {
-        const double half = f->radius[i] * sqrt(larger_of(0, 1 - dot[i] * dot[i]));
-        const double at = view->from[0][i] * dir[0] + view->from[1][i] * dir[1] +
-                          view->from[2][i] * dir[2];
-        low[i] = at - half;
-        high[i] = at + half;
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        double low[N], high[N];
+        for (int k = 0; k < N; k++) {
+            const double dot = dir[0][i] * f->from_normal[0][k][i] +
+                               dir[1][i] * f->from_normal[1][k][i] +
+                               dir[2][i] * f->from_normal[2][k][i];
+            const double half = f->from_radius[k][i] * sqrt(larger_of(0, 1 - dot * dot));
+            const double at = f->away[0][k][i] * dir[0][i] + f->away[1][k][i] * dir[1][i] +
+                              f->away[2][k][i] * dir[2][i];
+            low[k] = at - half;
+            high[k] = at + half;
+        }
+        lo[i] = smallest_of_four(low);
+        hi[i] = largest_of_four(high);
     }
-    *lo = family_smallest(low);
-    *hi = family_largest(high);
 }
 
-SPB_VECTORS double spb_paper_error(double radius, const double n[3], const struct spb_family *f,
-                                   const struct spb_family_view *view)
+SPB_VECTORS void spb_paper_errors(struct spb_families *f)
 {
-    double u[3], v[3], dir[3], down, up, width = HUGE_VAL;
-    tangents(n, u, v);
-    extent_along(n, f, view, &down, &up);           /* (2.1) */
+    struct frames t;
+    spb_lane dir[3], down, up, lo, hi, width;
+    find_frames(f, &t);
+    extents_along((const spb_lane *)f->normal, f, down, up);    /* (2.1) */
+    for (uint32_t i = 0; i < f->lanes; i++)
+        width[i] = HUGE_VAL;
     for (int k = 0; k < SECTORS; k++) {             /* (2.3) */
-        double lo, hi;
         for (int a = 0; a < 3; a++)
-            dir[a] = u[a] * OCTAGON[k][0] + v[a] * OCTAGON[k][1];
-        extent_along(dir, f, view, &lo, &hi);
-        width = smaller_of(width, hi - lo);
+            for (uint32_t i = 0; i < f->lanes; i++)
+                dir[a][i] = t.u[a][i] * OCTAGON[k][0] + t.v[a][i] * OCTAGON[k][1];
+        extents_along((const spb_lane *)dir, f, lo, hi);
+        for (uint32_t i = 0; i < f->lanes; i++)
+            width[i] = smaller_of(width[i], hi[i] - lo[i]);
     }
-    const double e_p = up - down;
-    const double e_t = larger_of(0, 2 * radius - width);
-    return smaller_of(sqrt(e_p * e_p + e_t * e_t), 2 * radius);
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        const double e_p = up[i] - down[i];
+        const double e_t = larger_of(0, 2 * f->radius[i] - width[i]);
+        f->reach[i] = smaller_of(sqrt(e_p * e_p + e_t * e_t), 2 * f->radius[i]);
+    }
 }

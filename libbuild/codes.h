@@ -11,6 +11,8 @@
 #include "vec.h"
 #include "vectors.h"
 
+#include <stdbool.h>
+
 #define OCT_HALF 127.0              /* u and v are -127..127 */
 
 struct oct {                        /* normal code (u + 127) | (v + 127) << 8, decoded */
@@ -52,6 +54,21 @@ SPB_INLINE uint16_t oct_code(double u, double v)
     return (uint16_t)(((int)u + 127) | ((int)v + 127) << 8);
 }
 
+/* Takes the code, when it may, if it is nearer to the vector than the best so far. */
+SPB_INLINE void oct_try(struct oct *best, double *best_dot, bool may, double u, double v, double x,
+                        double y, double z)
+{
+    const struct oct o = oct_decode(u, v);
+    const double dot = oct_dot(&o, x, y, z);
+    const bool better = may & (dot > *best_dot);
+    best->u = better ? o.u : best->u;
+    best->v = better ? o.v : best->v;
+    best->x = better ? o.x : best->x;
+    best->y = better ? o.y : best->y;
+    best->z = better ? o.z : best->z;
+    *best_dot = better ? dot : *best_dot;
+}
+
 /* Smallest length code whose value is >= v >= 0. */
 SPB_INLINE uint32_t length_code_up(double v)
 {
@@ -64,6 +81,29 @@ SPB_INLINE uint32_t length_code_up(double v)
     bits = bits >> 15 << 15;
     memcpy(&value, &bits, sizeof value);
     return v > 0 ? (bits >> 15) + ((double)value < kept) : 0;
+}
+
+enum { CODES_MAX = 64 };
+
+/* The same of n lengths, at most CODES_MAX. */
+SPB_INLINE void length_codes_up(const double *v, int32_t *code, uint32_t n)
+{
+    const double least = 0x1p-126, most = 0x1.ffp127;
+    double kept[CODES_MAX];
+    float value[CODES_MAX];
+    int32_t bits[CODES_MAX];
+    for (uint32_t i = 0; i < n; i++) {
+        kept[i] = smaller_of(larger_of(v[i], least), most);
+        value[i] = (float)kept[i];
+    }
+    memcpy(bits, value, n * sizeof *bits);
+    for (uint32_t i = 0; i < n; i++)
+        bits[i] = bits[i] >> 15 << 15;
+    memcpy(value, bits, n * sizeof *bits);
+    for (uint32_t i = 0; i < n; i++) {
+        const int32_t up = (double)value[i] < kept[i] ? 1 : 0;
+        code[i] = v[i] > 0 ? (bits[i] >> 15) + up : 0;
+    }
 }
 
 /* Number to add to the bits of a float that was rounded from v, so that it is not above, or below, v. */

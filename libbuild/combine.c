@@ -1,5 +1,5 @@
 /*
- * combine.c - an inner node from its children.
+ * combine.c - inner nodes from their children, some at a time.
  *
  * Averages run in child order and use only correctly rounded operations, so the same children
  * give the same node anywhere. R and H each are the smaller of a bound over the children's pills
@@ -15,125 +15,21 @@
 
 #include <string.h>
 
-enum { N = SPB_CHILDREN_MAX };
+enum { N = SPB_CHILDREN_MAX, LANES = SPB_LANES };
 
 static const double OUTWARD = 1 + 0x1p-44;
 
+struct batch {                      /* families, from step to step */
+    struct spb_node *node[LANES];
+    struct spb_families f;
+    spb_lane u[N], v[N];            /* codes of the children's normals */
+    spb_lane own_u, own_v;          /* of the node's */
+    spb_lane box[6], far[3];        /* farthest corner of the box from the center */
+    spb_lane average[3];            /* of the centres, then of the normals */
+    spb_lane cone;
+};
+
 /* ---- averages ---------------------------------------------------------------------------------- */
-
-SPB_INLINE void load_family(const struct spb_node *children, uint32_t count, struct spb_family *f)
-{
-    double u[N], v[N];
-    f->count = count;
-    for (uint32_t i = 0; i < N; i++) {
-        const struct spb_node *c = &children[i < count ? i : 0];
-        for (int a = 0; a < 3; a++)
-            f->center[a][i] = c->center[a];
-        f->radius[i] = c->radius;
-        f->height[i] = c->height;
-        f->reach[i] = c->reach;
-        f->cone[i] = (double)c->cone;
-        f->share[i] = i < count ? c->area : 0;
-        u[i] = (double)((c->normal & 0xFF) - 127);
-        v[i] = (double)((c->normal >> 8) - 127);
-    }
-    for (int i = 0; i < N; i++) {
-        const struct oct o = oct_decode(u[i], v[i]);
-        f->normal[0][i] = o.x;
-        f->normal[1][i] = o.y;
-        f->normal[2][i] = o.z;
-    }
-}
-
-/* Areas become shares. Returns the area of all. */
-SPB_INLINE double share_area(struct spb_family *f)
-{
-    const double area = f->share[0] + f->share[1] + f->share[2] + f->share[3];
-    for (uint32_t i = 0; i < N; i++)
-        f->share[i] = area > 0 ? f->share[i] / area : i < f->count ? 1 / (double)f->count : 0;
-    return area;
-}
-
-SPB_INLINE void average_center(const struct spb_family *f, double center[3])
-{
-    for (int a = 0; a < 3; a++) {
-        center[a] = 0;
-        for (int i = 0; i < N; i++)
-            center[a] += f->share[i] * f->center[a][i];
-    }
-}
-
-SPB_INLINE void average_normal(const struct spb_family *f, double n[3])
-{
-    n[0] = n[1] = n[2] = 0;
-    for (int i = 0; i < N; i++) {
-        const double m[3] = {f->normal[0][i], f->normal[1][i], f->normal[2][i]};
-        const double side = vec_dot(n, m) < 0 ? -1 : 1;
-        for (int a = 0; a < 3; a++)
-            n[a] += side * (f->share[i] * m[a]);
-    }
-}
-
-SPB_INLINE void average_color(const struct spb_node *children, const struct spb_family *f,
-                              uint8_t rgba[4])
-{
-    double color[4] = {0, 0, 0, 0};
-    uint32_t all = UINT32_MAX, one;
-    for (uint32_t i = 0; i < f->count; i++) {
-        memcpy(&one, children[i].rgba, sizeof one);
-        all &= one;
-    }
-    memcpy(rgba, &all, sizeof all);
-    if (all == UINT32_MAX)          /* scans without colours */
-        return;
-    for (uint32_t i = 0; i < f->count; i++)
-        for (int a = 0; a < 4; a++)
-            color[a] += f->share[i] * children[i].rgba[a];
-    for (int a = 0; a < 4; a++)
-        rgba[a] = (uint8_t)(color[a] + 0.5);
-}
-
-/* The one of four codes that is nearest to n, of equals the first. Codes outside of the range lose. */
-SPB_INLINE struct oct nearest_code(const double u[N], const double v[N], const double n[3])
-{
-    double x[N], y[N], z[N], dot[N];
-    for (int k = 0; k < N; k++) {
-        const struct oct o = oct_decode(u[k], v[k]);
-        const bool in_range = (fabs(u[k]) <= OCT_HALF) & (fabs(v[k]) <= OCT_HALF);
-        x[k] = o.x;
-        y[k] = o.y;
-        z[k] = o.z;
-        dot[k] = in_range ? oct_dot(&o, n[0], n[1], n[2]) : -HUGE_VAL;
-    }
-    const double most = family_largest(dot);
-    const int k = dot[0] == most ? 0 : dot[1] == most ? 1 : dot[2] == most ? 2 : 3;
-    return (struct oct){u[k], v[k], x[k], y[k], z[k]};
-}
-
-/*
- * Inner nodes use half the steps of a normal code along each axis, which a degree or so between
- * neighbours hides: the best of the four such codes around the best code of all.
- */
-SPB_INLINE struct oct coarse_normal(const double n[3])
-{
-    static const double RIGHT[N] = {0, 1, 0, 1}, ABOVE[N] = {0, 0, 1, 1};
-    double at_u = 0, at_v = 0, u[N], v[N];
-    if (fabs(n[0]) + fabs(n[1]) + fabs(n[2]) > 0)
-        oct_square(n[0], n[1], n[2], &at_u, &at_v);
-    for (int k = 0; k < N; k++) {
-        u[k] = oct_clamp(at_u + RIGHT[k]);
-        v[k] = oct_clamp(at_v + ABOVE[k]);
-    }
-    const struct oct fine = nearest_code(u, v, n);
-    const bool odd_u = floor(fine.u / 2) * 2 != fine.u, odd_v = floor(fine.v / 2) * 2 != fine.v;
-    for (int k = 0; k < N; k++) {
-        u[k] = fine.u + (odd_u ? 2 * RIGHT[k] - 1 : 0);
-        v[k] = fine.v + (odd_v ? 2 * ABOVE[k] - 1 : 0);
-    }
-    return nearest_code(u, v, n);
-}
-
-/* ---- bounds ------------------------------------------------------------------------------------ */
 
 SPB_INLINE void join_boxes(const struct spb_node *children, uint32_t count, float box[6])
 {
@@ -146,130 +42,389 @@ SPB_INLINE void join_boxes(const struct spb_node *children, uint32_t count, floa
         }
 }
 
-/* R over the children's balls, and over the box of all triangles: far is its farthest corner. */
-SPB_INLINE double bound_radius(const struct spb_family *f, const float box[6],
-                               const double center[3], double far[3])
+SPB_INLINE void load_family(struct batch *b, uint32_t lane, const struct spb_node *nodes,
+                            struct spb_node *node)
 {
-    double radius[N];
-    for (int i = 0; i < N; i++) {
-        const double x = f->center[0][i] - center[0], y = f->center[1][i] - center[1];
-        const double z = f->center[2][i] - center[2];
-        radius[i] = sqrt(x * x + y * y + z * z) + f->radius[i];
+    struct spb_families *f = &b->f;
+    const struct spb_node *children = &nodes[node->child_first];
+    const uint32_t count = node->child_count;
+    b->node[lane] = node;
+    f->count[lane] = count;
+    for (uint32_t i = 0; i < N; i++) {
+        const struct spb_node *c = &children[i < count ? i : 0];
+        for (int a = 0; a < 3; a++)
+            f->from_center[a][i][lane] = c->center[a];
+        f->from_radius[i][lane] = c->radius;
+        f->from_height[i][lane] = c->height;
+        f->from_reach[i][lane] = c->reach;
+        f->from_cone[i][lane] = (double)c->cone;
+        f->share[i][lane] = i < count ? c->area : 0;
+        b->u[i][lane] = (double)((c->normal & 0xFF) - 127);
+        b->v[i][lane] = (double)((c->normal >> 8) - 127);
     }
-    for (int a = 0; a < 3; a++)
-        far[a] = larger_of((double)box[a + 3] - center[a], center[a] - (double)box[a]);
-    return smaller_of(family_largest(radius), vec_length(far)) * OUTWARD;
+    join_boxes(children, count, node->box);
+    for (int a = 0; a < 6; a++)
+        b->box[a][lane] = (double)node->box[a];
 }
 
-SPB_INLINE uint16_t length_code(double v)
+SPB_INLINE void decode_normals(struct batch *b)
+{
+    struct spb_families *f = &b->f;
+    for (uint32_t k = 0; k < N; k++)
+        for (uint32_t i = 0; i < f->lanes; i++) {
+            const struct oct o = oct_decode(b->u[k][i], b->v[k][i]);
+            f->from_normal[0][k][i] = o.x;
+            f->from_normal[1][k][i] = o.y;
+            f->from_normal[2][k][i] = o.z;
+        }
+}
+
+/* Areas become shares. */
+SPB_INLINE void share_areas(struct spb_families *f)
+{
+    for (uint32_t i = 0; i < f->lanes; i++)
+        f->area[i] = f->share[0][i] + f->share[1][i] + f->share[2][i] + f->share[3][i];
+    for (uint32_t k = 0; k < N; k++)
+        for (uint32_t i = 0; i < f->lanes; i++) {
+            const double equal = k < f->count[i] ? 1 / (double)(int32_t)f->count[i] : 0;
+            const double part = f->share[k][i] / f->area[i];
+            f->share[k][i] = f->area[i] > 0 ? part : equal;
+        }
+}
+
+SPB_INLINE void average_centers(struct batch *b)
+{
+    const struct spb_families *f = &b->f;
+    for (int a = 0; a < 3; a++)
+        for (uint32_t i = 0; i < f->lanes; i++) {
+            double sum = 0;
+            for (int k = 0; k < N; k++)
+                sum += f->share[k][i] * f->from_center[a][k][i];
+            b->average[a][i] = sum;
+        }
+}
+
+SPB_INLINE void average_normals(struct batch *b)
+{
+    const struct spb_families *f = &b->f;
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        double x = 0, y = 0, z = 0;
+        for (int k = 0; k < N; k++) {
+            const double mx = f->from_normal[0][k][i], my = f->from_normal[1][k][i];
+            const double mz = f->from_normal[2][k][i];
+            const double side = x * mx + y * my + z * mz < 0 ? -1 : 1;
+            x += side * (f->share[k][i] * mx);
+            y += side * (f->share[k][i] * my);
+            z += side * (f->share[k][i] * mz);
+        }
+        b->average[0][i] = x;
+        b->average[1][i] = y;
+        b->average[2][i] = z;
+    }
+}
+
+static void average_color(const struct batch *b, const struct spb_node *children, uint32_t lane,
+                          uint8_t rgba[4])
+{
+    double color[4] = {0, 0, 0, 0};
+    uint32_t all = UINT32_MAX, one;
+    for (uint32_t i = 0; i < b->f.count[lane]; i++) {
+        memcpy(&one, children[i].rgba, sizeof one);
+        all &= one;
+    }
+    memcpy(rgba, &all, sizeof all);
+    if (all == UINT32_MAX)          /* scans without colours */
+        return;
+    for (uint32_t i = 0; i < b->f.count[lane]; i++)
+        for (int a = 0; a < 4; a++)
+            color[a] += b->f.share[i][lane] * children[i].rgba[a];
+    for (int a = 0; a < 4; a++)
+        rgba[a] = (uint8_t)(color[a] + 0.5);
+}
+
+/* The best code so far, or that of u and v when it is in range and nearer. */
+SPB_INLINE void try_code(struct oct *best, double *best_dot, double u, double v, double x, double y,
+                         double z)
+{
+    const bool in_range = (fabs(u) <= OCT_HALF) & (fabs(v) <= OCT_HALF);
+    oct_try(best, best_dot, in_range, u, v, x, y, z);
+}
+
+/*
+ * Inner nodes use half the steps of a normal code along each axis, which a degree or so between
+ * neighbours hides: the best of the four such codes around the best code of all.
+ */
+SPB_INLINE void coarse_normals(struct batch *b)
+{
+    struct spb_families *f = &b->f;
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        const double x = b->average[0][i], y = b->average[1][i], z = b->average[2][i];
+        const bool none = !(fabs(x) + fabs(y) + fabs(z) > 0);
+        struct oct best = {0, 0, 0, 0, 0};
+        double at_u, at_v, dot = -HUGE_VAL;
+        oct_square(x, y, z, &at_u, &at_v);
+        const double u0 = oct_clamp(none ? 0 : at_u), v0 = oct_clamp(none ? 0 : at_v);
+        const double u1 = oct_clamp(none ? 1 : at_u + 1), v1 = oct_clamp(none ? 1 : at_v + 1);
+        oct_try(&best, &dot, true, u0, v0, x, y, z);
+        oct_try(&best, &dot, true, u1, v0, x, y, z);
+        oct_try(&best, &dot, true, u0, v1, x, y, z);
+        oct_try(&best, &dot, true, u1, v1, x, y, z);
+        b->own_u[i] = best.u;
+        b->own_v[i] = best.v;
+    }
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        const double x = b->average[0][i], y = b->average[1][i], z = b->average[2][i];
+        const double u = b->own_u[i], v = b->own_v[i];
+        const double du = floor(u / 2) * 2 != u ? 1 : 0, dv = floor(v / 2) * 2 != v ? 1 : 0;
+        struct oct best = {0, 0, 0, 0, 0};
+        double dot = -HUGE_VAL;
+        try_code(&best, &dot, u - du, v - dv, x, y, z);
+        try_code(&best, &dot, u + du, v - dv, x, y, z);
+        try_code(&best, &dot, u - du, v + dv, x, y, z);
+        try_code(&best, &dot, u + du, v + dv, x, y, z);
+        b->own_u[i] = best.u;
+        b->own_v[i] = best.v;
+        f->normal[0][i] = best.x;
+        f->normal[1][i] = best.y;
+        f->normal[2][i] = best.z;
+    }
+}
+
+/* ---- bounds ------------------------------------------------------------------------------------ */
+
+/* R over the children's balls, and over the box of all triangles. */
+SPB_INLINE void bound_radii(struct batch *b)
+{
+    struct spb_families *f = &b->f;
+    for (int a = 0; a < 3; a++)
+        for (uint32_t i = 0; i < f->lanes; i++)
+            b->far[a][i] = larger_of(b->box[a + 3][i] - f->center[a][i],
+                                     f->center[a][i] - b->box[a][i]);
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        const double far[3] = {b->far[0][i], b->far[1][i], b->far[2][i]};
+        double radius[N];
+        for (int k = 0; k < N; k++) {
+            const double d[3] = {f->from_center[0][k][i] - f->center[0][i],
+                                 f->from_center[1][k][i] - f->center[1][i],
+                                 f->from_center[2][k][i] - f->center[2][i]};
+            radius[k] = vec_length(d) + f->from_radius[k][i];
+        }
+        f->radius[i] = smaller_of(largest_of_four(radius), vec_length(far)) * OUTWARD;
+    }
+}
+
+/* Length codes of inner nodes, of exponent and few bits: the next one from code on. */
+SPB_INLINE uint32_t coarse_code(uint32_t code)
 {
     const uint32_t unused = (1u << (8 - SPB_LENGTH_BITS)) - 1;
-    return (uint16_t)((length_code_up(v) + unused) & ~unused);
+    return (code + unused) & ~unused;
 }
 
 uint16_t spb_length_code(double v)
 {
-    return length_code(v);
+    return (uint16_t)coarse_code(length_code_up(v));
 }
 
-SPB_INLINE int center_step(double radius)
+SPB_INLINE int32_t step_of_code(uint32_t code)
 {
-    return (length_code(radius) >> 8) - 127 - SPB_STEP_BITS;
+    return (int32_t)(coarse_code(code) >> 8) - 127 - SPB_STEP_BITS;
 }
 
 int spb_center_step(double radius)
 {
-    return center_step(radius);
+    return step_of_code(length_code_up(radius));
+}
+
+/* spb_center_step of the radii where it is above step. Returns whether it is anywhere. */
+SPB_INLINE bool raise_steps(const struct spb_families *f, int32_t step[LANES])
+{
+    int32_t code[CODES_MAX], raised = 0;
+    length_codes_up(f->radius, code, f->lanes);
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        const int32_t next = step_of_code((uint32_t)code[i]);
+        raised |= next > step[i] ? 1 : 0;
+        step[i] = next > step[i] ? next : step[i];
+    }
+    return raised != 0;
+}
+
+/* Centers to the nearest points of lattices of 2^step, |step| < 1000. */
+SPB_INLINE void round_centers(struct batch *b, const int32_t step[LANES])
+{
+    uint64_t bits[2][LANES];
+    double down[LANES], up[LANES];
+    for (uint32_t i = 0; i < b->f.lanes; i++) {
+        bits[0][i] = (uint64_t)(1023 - step[i]) << 52;
+        bits[1][i] = (uint64_t)(1023 + step[i]) << 52;
+    }
+    memcpy(down, bits[0], sizeof down);
+    memcpy(up, bits[1], sizeof up);
+    for (int a = 0; a < 3; a++)
+        for (uint32_t i = 0; i < b->f.lanes; i++)
+            b->f.center[a][i] = floor(b->average[a][i] * down[i] + 0.5) * up[i];
 }
 
 /*
  * The lattice depends on the radius, and the radius on where the centre goes: once more when it
  * has grown into the next octave. A lattice may be coarser than its radius asks for, never finer.
  */
-SPB_INLINE double move_to_lattice(const struct spb_family *f, const float box[6], int finest,
-                                  double center[3], double far[3])
+SPB_INLINE void move_to_lattice(struct batch *b, int finest)
 {
-    const double from[3] = {center[0], center[1], center[2]};
-    double radius = bound_radius(f, box, center, far);
-    int step, next = center_step(radius);
+    int32_t step[LANES];
+    for (uint32_t i = 0; i < LANES; i++)
+        step[i] = finest;
+    memcpy(b->f.center, b->average, sizeof b->f.center);
+    bound_radii(b);
+    raise_steps(&b->f, step);
     do {
-        step = next < finest ? finest : next;
-        for (int a = 0; a < 3; a++)
-            center[a] = times_exp2(floor(times_exp2(from[a], -step) + 0.5), step);
-        radius = bound_radius(f, box, center, far);
-        next = center_step(radius);
-    } while (next > step);
-    return radius;
+        round_centers(b, step);
+        bound_radii(b);
+    } while (raise_steps(&b->f, step));
 }
 
-SPB_INLINE void view_family(const struct spb_family *f, const double center[3], const double n[3],
-                            struct spb_family_view *view)
+SPB_INLINE void view_families(struct spb_families *f)
 {
-    double dot[N];
-    family_dots(f, n, dot);
-    for (int i = 0; i < N; i++) {
-        const double x = f->center[0][i] - center[0], y = f->center[1][i] - center[1];
-        const double z = f->center[2][i] - center[2];
-        const double c = smaller_of(1, fabs(dot[i]));
-        view->from[0][i] = x;
-        view->from[1][i] = y;
-        view->from[2][i] = z;
-        view->off[i] = fabs(x * n[0] + y * n[1] + z * n[2]);
-        view->cosine[i] = c;
-        view->sine[i] = sqrt(1 - c * c);
+    for (int k = 0; k < N; k++)
+        for (uint32_t i = 0; i < f->lanes; i++) {
+            const double nx = f->normal[0][i], ny = f->normal[1][i], nz = f->normal[2][i];
+            const double x = f->from_center[0][k][i] - f->center[0][i];
+            const double y = f->from_center[1][k][i] - f->center[1][i];
+            const double z = f->from_center[2][k][i] - f->center[2][i];
+            const double dot = nx * f->from_normal[0][k][i] + ny * f->from_normal[1][k][i] +
+                               nz * f->from_normal[2][k][i];
+            const double c = smaller_of(1, fabs(dot));
+            f->away[0][k][i] = x;
+            f->away[1][k][i] = y;
+            f->away[2][k][i] = z;
+            f->off[k][i] = fabs(x * nx + y * ny + z * nz);
+            f->cosine[k][i] = c;
+            f->sine[k][i] = sqrt(1 - c * c);
+        }
+}
+
+SPB_INLINE void bound_heights(struct batch *b)
+{
+    struct spb_families *f = &b->f;
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        double height[N];
+        for (int k = 0; k < N; k++)
+            height[k] = f->off[k][i] + f->from_height[k][i] * f->cosine[k][i] +
+                        f->from_radius[k][i] * f->sine[k][i];
+        const double slab = fabs(f->normal[0][i]) * b->far[0][i] +
+                            fabs(f->normal[1][i]) * b->far[1][i] +
+                            fabs(f->normal[2][i]) * b->far[2][i];
+        const double h = smaller_of(larger_of(0, largest_of_four(height)), slab);
+        f->height[i] = smaller_of(f->radius[i], (h + 0x1p-48 * f->radius[i]) * OUTWARD);
     }
 }
 
-SPB_INLINE double bound_height(const struct spb_family *f, const struct spb_family_view *view,
-                               const double n[3], const double far[3], double radius)
+/* cos(a + b) of the angle a between the normals and the half angle b of the child's cone: the least. */
+SPB_INLINE void join_cones(struct batch *b)
 {
-    double height[N];
-    for (int i = 0; i < N; i++)
-        height[i] = view->off[i] + f->height[i] * view->cosine[i] + f->radius[i] * view->sine[i];
-    const double slab = fabs(n[0]) * far[0] + fabs(n[1]) * far[1] + fabs(n[2]) * far[2];
-    const double h = smaller_of(larger_of(0, family_largest(height)), slab);
-    return smaller_of(radius, (h + 0x1p-48 * radius) * OUTWARD);
-}
-
-/* cos(a + b) of the angle a between the normals and the half angle b of the child's cone. */
-SPB_INLINE float join_cones(const struct spb_family *f, const double n[3])
-{
-    double dot[N], both[N];
-    family_dots(f, n, dot);
-    for (int i = 0; i < N; i++) {
-        const double a = larger_of(-1, smaller_of(1, dot[i])), b = f->cone[i];
-        const double cosine = a * b - sqrt(1 - a * a) * sqrt(1 - b * b) - 1e-7;
-        const bool full = (b <= -1) | (a <= -b);        /* past 180 degrees */
-        both[i] = full ? -2 : cosine;
+    const struct spb_families *f = &b->f;
+    for (uint32_t i = 0; i < f->lanes; i++) {
+        double both[N];
+        for (int k = 0; k < N; k++) {
+            const double dot = f->normal[0][i] * f->from_normal[0][k][i] +
+                               f->normal[1][i] * f->from_normal[1][k][i] +
+                               f->normal[2][i] * f->from_normal[2][k][i];
+            const double a = larger_of(-1, smaller_of(1, dot)), cone = f->from_cone[k][i];
+            const double cosine = a * cone - sqrt(1 - a * a) * sqrt(1 - cone * cone) - 1e-7;
+            const bool full = (cone <= -1) | (a <= -cone);      /* past 180 degrees */
+            both[k] = full ? -2 : cosine;
+        }
+        const double least = smallest_of_four(both);
+        b->cone[i] = least < -1 ? -1 : smaller_of(1, least);
     }
-    const double least = family_smallest(both);
-    return least < -1 ? -1 : float_below(smaller_of(1, least));
 }
 
-SPB_VECTORS void spb_node_combine(const struct spb_node *children, uint32_t count, bool paper,
-                                  int finest, struct spb_node *out)
+/* ---- the nodes --------------------------------------------------------------------------------- */
+
+static void store_node(const struct batch *b, uint32_t i, const struct spb_node *nodes)
 {
-    struct spb_family f;
-    struct spb_family_view view;
-    double n[3], far[3];
-    load_family(children, count, &f);
-    out->area = share_area(&f);
-    average_center(&f, out->center);
-    average_normal(&f, n);
-    const struct oct normal = coarse_normal(n);
-    n[0] = normal.x;
-    n[1] = normal.y;
-    n[2] = normal.z;
-    out->normal = oct_code(normal.u, normal.v);
-    average_color(children, &f, out->rgba);
-    join_boxes(children, count, out->box);
-    out->radius = move_to_lattice(&f, out->box, finest, out->center, far);
-    view_family(&f, out->center, n, &view);
-    out->height = bound_height(&f, &view, n, far, out->radius);
-    out->cone = join_cones(&f, n);
-    out->reach = paper ? spb_paper_error(out->radius, n, &f, &view)
-                       : spb_reach_bound(out->radius, n, &f, &view) * OUTWARD;
+    const struct spb_families *f = &b->f;
+    struct spb_node *out = b->node[i];
+    for (int a = 0; a < 3; a++)
+        out->center[a] = f->center[a][i];
+    out->radius = f->radius[i];
+    out->height = f->height[i];
+    out->reach = f->reach[i];
+    out->area = f->area[i];
+    out->cone = float_below(b->cone[i]);
+    out->normal = oct_code(b->own_u[i], b->own_v[i]);
+    average_color(b, &nodes[out->child_first], i, out->rgba);
     out->pending = out->link = 0;
     out->e_self = out->e_below = 0;
     out->owner = false;
+}
+
+SPB_VECTORS static void run_steps(struct batch *b, int finest)
+{
+    decode_normals(b);
+    share_areas(&b->f);
+    average_centers(b);
+    move_to_lattice(b, finest);
+    average_normals(b);
+    coarse_normals(b);
+    view_families(&b->f);
+    bound_heights(b);
+    join_cones(b);
+}
+
+static void make_batch(struct batch *b, const struct spb_node *nodes, bool paper, int finest)
+{
+    b->f.lanes = (b->f.used + 7) / 8 * 8;
+    run_steps(b, finest);
+    if (paper)
+        spb_paper_errors(&b->f);
+    else
+        spb_reach_bounds(&b->f);
+    for (uint32_t i = 0; i < b->f.used; i++)
+        store_node(b, i, nodes);
+    b->f.used = 0;
+}
+
+enum { WINDOW = 4096, NONE = WINDOW };          /* nodes at once: a block of the splitter is less */
+
+struct waves {                      /* inner nodes by how far they are above the window's lowest */
+    uint16_t height[WINDOW];        /* 0: made before */
+    uint16_t first[WINDOW + 1], next[WINDOW];   /* of a height, linked */
+    uint32_t highest;
+};
+
+static void find_waves(const struct spb_node *nodes, uint32_t begin, uint32_t end, struct waves *w)
+{
+    w->highest = 0;
+    for (uint32_t i = end; i-- > begin;) {
+        uint32_t h = 0;
+        for (uint32_t k = 0; k < nodes[i].child_count; k++) {
+            const uint32_t child = nodes[i].child_first + k;
+            const uint32_t above = child < end ? w->height[child - begin] + 1u : 1;
+            h = above > h ? above : h;
+        }
+        w->height[i - begin] = (uint16_t)h;
+        if (h == 0)
+            continue;
+        if (h > w->highest)
+            w->first[w->highest = h] = NONE;
+        w->next[i - begin] = w->first[h];
+        w->first[h] = (uint16_t)(i - begin);
+    }
+}
+
+void spb_inner_make(struct spb_node *nodes, uint32_t begin, uint32_t end, bool paper, int finest)
+{
+    struct batch b;
+    struct waves w;
+    memset(&b, 0, sizeof b);
+    for (uint32_t from; end > begin; end = from) {
+        from = end - begin > WINDOW ? end - WINDOW : begin;
+        find_waves(nodes, from, end, &w);
+        for (uint32_t h = 1; h <= w.highest; h++)
+            for (uint32_t i = w.first[h]; i != NONE; i = w.next[i]) {
+                load_family(&b, b.f.used++, nodes, &nodes[from + i]);
+                if (b.f.used == LANES || w.next[i] == NONE)
+                    make_batch(&b, nodes, paper, finest);
+            }
+    }
 }

@@ -10,7 +10,7 @@
 
 #include <string.h>
 
-enum { BATCH = 64 };
+enum { BATCH = CODES_MAX };
 
 /* Outward, far more than the few roundings of the formulas here and in verification. */
 static const double OUTWARD = 1 + 0x1p-44;
@@ -146,21 +146,6 @@ SPB_VECTORS static void find_disks(struct batch *b, uint32_t n)
     }
 }
 
-/* Takes the code when it is nearer to the vector than the best so far. */
-SPB_INLINE void try_code(struct oct *best, double *best_dot, double u, double v, double x, double y,
-                         double z)
-{
-    const struct oct o = oct_decode(oct_clamp(u), oct_clamp(v));
-    const double dot = oct_dot(&o, x, y, z);
-    const bool better = dot > *best_dot;
-    best->u = better ? o.u : best->u;
-    best->v = better ? o.v : best->v;
-    best->x = better ? o.x : best->x;
-    best->y = better ? o.y : best->y;
-    best->z = better ? o.z : best->z;
-    *best_dot = better ? dot : *best_dot;
-}
-
 /* The nearest code, as spc_normal_encode: one of the four around the projected vector. */
 SPB_VECTORS static void find_normals(struct batch *b, uint32_t n)
 {
@@ -169,10 +154,10 @@ SPB_VECTORS static void find_normals(struct batch *b, uint32_t n)
         struct oct best = {0, 0, 0, 0, 0};
         double u, v, dot = -HUGE_VAL;
         oct_square(x, y, z, &u, &v);
-        try_code(&best, &dot, u, v, x, y, z);
-        try_code(&best, &dot, u + 1, v, x, y, z);
-        try_code(&best, &dot, u, v + 1, x, y, z);
-        try_code(&best, &dot, u + 1, v + 1, x, y, z);
+        oct_try(&best, &dot, true, oct_clamp(u), oct_clamp(v), x, y, z);
+        oct_try(&best, &dot, true, oct_clamp(u + 1), oct_clamp(v), x, y, z);
+        oct_try(&best, &dot, true, oct_clamp(u), oct_clamp(v + 1), x, y, z);
+        oct_try(&best, &dot, true, oct_clamp(u + 1), oct_clamp(v + 1), x, y, z);
         b->code[i] = ((int32_t)best.u + 127) | ((int32_t)best.v + 127) << 8;
         b->normal[0][i] = best.x;
         b->normal[1][i] = best.y;
@@ -224,25 +209,10 @@ SPB_VECTORS static void find_boxes(struct batch *b, uint32_t n)
     }
 }
 
-/* Smallest length codes whose values are not below the longest edges, as spc_len_encode_up. */
+/* Codes whose values are not below the longest edges, as spc_len_encode_up. */
 SPB_VECTORS static void find_lengths(struct batch *b, uint32_t n)
 {
-    const double least = 0x1p-126, most = 0x1.ffp127;
-    double kept[BATCH];
-    float value[BATCH];
-    int32_t bits[BATCH];
-    for (uint32_t i = 0; i < n; i++) {
-        kept[i] = smaller_of(larger_of(b->longest[i], least), most);
-        value[i] = (float)kept[i];
-    }
-    memcpy(bits, value, n * sizeof *bits);
-    for (uint32_t i = 0; i < n; i++)
-        bits[i] = bits[i] >> 15 << 15;
-    memcpy(value, bits, n * sizeof *bits);
-    for (uint32_t i = 0; i < n; i++) {
-        const int32_t up = (double)value[i] < kept[i] ? 1 : 0;
-        b->e_self[i] = b->longest[i] > 0 ? (bits[i] >> 15) + up : 0;
-    }
+    length_codes_up(b->longest, b->e_self, n);
 }
 
 /* ---- to the nodes ------------------------------------------------------------------------------ */

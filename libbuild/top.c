@@ -35,15 +35,18 @@ static enum spc_status no_memory(struct spc_error *err)
     return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to build the tree");
 }
 
-/* Children before parents: combine, then cut. */
-static enum spc_status finish_node(const struct spb_pack_tree *tree, uint32_t i,
-                                   struct spc_error *err)
+/* Inner nodes among [begin, end), then where clusters end: from last to first, children before parents. */
+static enum spc_status finish_nodes(const struct spb_pack_tree *tree, uint32_t begin, uint32_t end,
+                                    struct spc_error *err)
 {
-    struct spb_node *n = &tree->nodes[i];
-    spb_node_combine(&tree->nodes[n->child_first], n->child_count,
-                     (tree->shared->options.flags & SPC_FLAG_ERROR_PAPER) != 0,
-                     spb_space_finest(tree->shared->space), n);
-    return spb_cut(tree, i, err);
+    const struct spb_pack_shared *shared = tree->shared;
+    enum spc_status status = SPC_OK;
+    spb_inner_make(tree->nodes, begin, end, (shared->options.flags & SPC_FLAG_ERROR_PAPER) != 0,
+                   spb_space_finest(shared->space));
+    for (uint32_t i = end; i-- > begin && status == SPC_OK;)
+        if (tree->nodes[i].child_count > 0)
+            status = spb_cut(tree, i, err);
+    return status;
 }
 
 /* ---- memory of a part -------------------------------------------------------------------------- */
@@ -155,15 +158,11 @@ static enum spc_status make_nodes(const struct spb_pack_tree *pack, uint32_t beg
                                   struct spc_error *err)
 {
     const struct spb_pack_shared *shared = pack->shared;
-    enum spc_status status = SPC_OK;
     if (spb_pool_cancelled())
         return spc_fail(err, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
     spb_leaves_make(shared->space, &shared->format, pack->records, &pack->nodes[begin],
                     end - begin);
-    for (uint32_t i = end; i-- > begin && status == SPC_OK;)
-        if (pack->nodes[i].child_count > 0)
-            status = finish_node(pack, i, err);
-    return status;
+    return finish_nodes(pack, begin, end, err);
 }
 
 static enum spc_status make_tree(const struct spb_pack_shared *shared, struct spb_workspace *w,
@@ -334,7 +333,7 @@ static enum spc_status build_above(struct spb_top *top, uint32_t node, struct sp
     enum spc_status status = join(top, &top->plan->nodes[node], &joined, err);
     const struct spb_pack_tree pack = {top->shared, joined.nodes, joined.records};
     if (status == SPC_OK)
-        status = finish_node(&pack, 0, err);
+        status = finish_nodes(&pack, 0, 1, err);
     if (status == SPC_OK)
         status = keep_pending(&pack, top->shared->format.bytes, out, err);
     out->height = joined.height;

@@ -54,13 +54,13 @@ void spb_leaves_make(const struct spb_space *space, const struct spb_record_form
                      const uint8_t *records, struct spb_node *nodes, uint32_t count);
 
 /*
- * Inner node over its 2..4 children, in child order: center, normal and colour are averages
- * weighted by area (plain when there is none), R and H the smaller of two proved bounds each. The
- * center is moved to its lattice (spb_center_step, but not below 2^finest units) before anything
- * is measured from it. child_first and child_count stay as they are.
+ * Inner nodes among nodes [begin, end), each over its 2..4 children, which come after it and are among
+ * them or were made before: center, normal and colour are averages weighted by area (plain when
+ * there is none), R and H the smaller of two proved bounds each. The center is moved to its lattice
+ * (spb_center_step, but not below 2^finest units) before anything is measured from it. child_first
+ * and child_count stay as they are.
  */
-void spb_node_combine(const struct spb_node *children, uint32_t count, bool paper, int finest,
-                      struct spb_node *out);
+void spb_inner_make(struct spb_node *nodes, uint32_t begin, uint32_t end, bool paper, int finest);
 
 /* ---- splitting --------------------------------------------------------------------------------- */
 

@@ -7,9 +7,9 @@
 
 #ifdef SPB_NO_VECTORS               /* in the copies of the stages */
 #define spb_leaves_make plain_leaves_make
-#define spb_node_combine plain_node_combine
-#define spb_reach_bound plain_reach_bound
-#define spb_paper_error plain_paper_error
+#define spb_inner_make plain_inner_make
+#define spb_reach_bounds plain_reach_bounds
+#define spb_paper_errors plain_paper_errors
 #define spb_length_code plain_length_code
 #define spb_center_step plain_center_step
 #endif
@@ -19,8 +19,7 @@
 #ifndef SPB_NO_VECTORS
 void plain_leaves_make(const struct spb_space *space, const struct spb_record_format *format,
                        const uint8_t *records, struct spb_node *nodes, uint32_t count);
-void plain_node_combine(const struct spb_node *children, uint32_t count, bool paper, int finest,
-                        struct spb_node *out);
+void plain_inner_make(struct spb_node *nodes, uint32_t begin, uint32_t end, bool paper, int finest);
 #endif
 
 #endif

@@ -336,39 +336,105 @@ static double plain_reach(const struct spb_node *node, const struct spb_node *ch
     return smaller_of(reach, 2 * node->radius) * (1 + 0x1p-44);
 }
 
-/* Families of 2 to 4 nodes: leaves at first, then what was made of them. */
+/* Four disks around a place, so that the disk over them is farthest from them in its middle. */
+static void random_ring(struct spb_node *leaves)
+{
+    const double d = 0.01 * (1 + random_unit()), q = d * (0.3 + 0.2 * random_unit());
+    const double up = 0.2 * d * random_unit(), reach = 0.1 * d * random_unit();
+    for (int k = 0; k < 4; k++) {
+        leaves[k].normal = 127 | 127 << 8;
+        leaves[k].radius = q;
+        leaves[k].area = 1;
+        leaves[k].reach = reach;
+        for (int a = 0; a < 3; a++) {
+            leaves[k].center[a] = 0.5 + (a == 2 ? k < 2 ? up : -up : a == k % 2 ? k < 2 ? d : -d : 0);
+            leaves[k].box[a] = float_below(leaves[k].center[a] - 2 * q);
+            leaves[k].box[a + 3] = float_above(leaves[k].center[a] + 2 * q);
+        }
+    }
+}
+
+/*
+ * A tree over random leaves, some of them without area or all the same. kind 0: wide, its levels one
+ * after another; 1: a chain of families; 2: families anywhere.
+ */
+static uint32_t random_tree(struct scene *s, int kind, struct spb_node *nodes)
+{
+    uint32_t count = 1, leaf = 0;
+    memset(nodes, 0, 2 * FACES * sizeof *nodes);
+    for (uint32_t i = 0; i < count && count + 4 <= 2 * FACES; i++) {
+        if (kind == 1 ? nodes[i].link == 1 : kind == 2 && i > 0 && random_below(3) != 0 && i + 1 < count)
+            continue;
+        nodes[i].child_first = count;
+        nodes[i].child_count = (uint8_t)(2 + random_below(3));
+        const uint32_t inner = random_below(nodes[i].child_count);
+        for (uint32_t k = 0; k < nodes[i].child_count; k++)
+            nodes[count + k].link = k != inner;
+        count += nodes[i].child_count;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        if (nodes[i].child_count != 0)
+            continue;
+        do
+            leaf = (leaf + 1) % FACES;
+        while (s->nodes[0][leaf].child_count != 0);
+        nodes[i] = s->nodes[0][leaf];
+        if (i / 4 % 8 == 0)
+            nodes[i].area = 0;
+        if (i / 16 % 8 == 0 && i > 0 && nodes[i - 1].child_count == 0)
+            nodes[i] = nodes[i - 1];
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t leaves = 0;
+        for (uint32_t k = 0; k < nodes[i].child_count; k++)
+            leaves += nodes[nodes[i].child_first + k].child_count == 0;
+        if (leaves == 4 && random_below(2) == 0)
+            random_ring(&nodes[nodes[i].child_first]);
+    }
+    return count;
+}
+
+/* All at once, in steps as the splitter gives them, and without vectors one by one. */
 START_TEST(inner_nodes_are_the_same_without_vectors)
 {
     struct scene *s = make_scene(false, true);
     const int finest = spb_space_finest(&s->space);
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < FACES; i++)
-        if (s->nodes[0][i].child_count == 0)
-            s->nodes[0][count++] = s->nodes[0][i];
-    for (uint32_t begin = 0; begin + 4 <= count; begin += 1 + random_below(4)) {
-        const uint32_t children = 2 + random_below(3);
-        const bool paper = random_below(4) == 0;
-        struct spb_node made, plain;
-        if (random_below(8) == 0)   /* no area at all */
-            for (uint32_t k = 0; k < children; k++)
-                s->nodes[0][begin + k].area = 0;
-        if (random_below(8) == 0)   /* one place: everything about them is equal */
-            for (uint32_t k = 1; k < children; k++)
-                s->nodes[0][begin + k] = s->nodes[0][begin];
-        memset(&made, 0, sizeof made);
-        memset(&plain, 0, sizeof plain);
-        spb_node_combine(&s->nodes[0][begin], children, paper, finest, &made);
-        plain_node_combine(&s->nodes[0][begin], children, paper, finest, &plain);
-        if (memcmp(&made, &plain, NODE_BYTES) != 0)
-            ck_abort_msg("node over %u from %u on differs without vectors", children, begin);
-        double area = 0;
-        for (uint32_t k = 0; k < children; k++)
-            area += s->nodes[0][begin + k].area;
-        ck_assert(made.area == area);
-        if (!paper)
-            ck_assert(made.reach == plain_reach(&made, &s->nodes[0][begin], children));
-        s->nodes[0][begin + 3] = made;
+    const size_t bytes = 2 * FACES * sizeof(struct spb_node);
+    struct spb_node *all = malloc(bytes), *steps = malloc(bytes), *plain = malloc(bytes);
+    for (int kind = 0; kind < 6; kind++) {
+        const bool paper = kind >= 3;
+        const uint32_t count = random_tree(s, kind % 3, all);
+        ck_assert_uint_gt(count, FACES);            /* more than are made at once */
+        memcpy(steps, all, bytes);
+        memcpy(plain, all, bytes);
+        spb_inner_make(all, 0, count, paper, finest);
+        for (uint32_t end = count, size; end > 0; end -= size) {
+            size = 1 + random_below(end < 100 ? end : 100);
+            spb_inner_make(steps, end - size, end, paper, finest);
+        }
+        for (uint32_t i = count; i-- > 0;) {
+            const struct spb_node *children = &all[all[i].child_first];
+            double area = 0;
+            plain_inner_make(plain, i, i + 1, paper, finest);
+            if (memcmp(&all[i], &plain[i], NODE_BYTES) != 0)
+                ck_abort_msg("node %u of tree %d differs without vectors", i, kind);
+            if (memcmp(&steps[i], &plain[i], NODE_BYTES) != 0)
+                ck_abort_msg("node %u of tree %d differs in steps", i, kind);
+            if (all[i].child_count == 0)
+                continue;
+            for (uint32_t k = 0; k < all[i].child_count; k++)
+                area += children[k].area;
+            ck_assert(all[i].area == area);
+            const int asked = spb_center_step(all[i].radius), step = asked < finest ? finest : asked;
+            for (int a = 0; a < 3; a++)
+                ck_assert(fmod(all[i].center[a], ldexp(1, step)) == 0);
+            if (!paper)
+                ck_assert(all[i].reach == plain_reach(&all[i], children, all[i].child_count));
+        }
     }
+    free(all);
+    free(steps);
+    free(plain);
     free_scene(s);
 }
 END_TEST
