@@ -119,4 +119,16 @@ SPB_INLINE int32_t bits_up(float f, int32_t bits, double v)
     return (double)f < v ? step : 0;
 }
 
+/* Floats not above v, or not below, as float_below and float_above; at most CODES_MAX. */
+SPB_INLINE void floats_outward(const double *v, bool up, float *out, uint32_t n)
+{
+    int32_t bits[CODES_MAX];
+    for (uint32_t i = 0; i < n; i++)
+        out[i] = (float)v[i];
+    memcpy(bits, out, n * sizeof *bits);
+    for (uint32_t i = 0; i < n; i++)
+        bits[i] += up ? bits_up(out[i], bits[i], v[i]) : bits_down(out[i], bits[i], v[i]);
+    memcpy(out, bits, n * sizeof *bits);
+}
+
 #endif

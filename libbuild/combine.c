@@ -26,20 +26,30 @@ struct batch {                      /* families, from step to step */
     spb_lane own_u, own_v;          /* of the node's */
     spb_lane box[6], far[3];        /* farthest corner of the box from the center */
     spb_lane average[3];            /* of the centres, then of the normals */
-    spb_lane cone;
+    spb_lane cosine;                /* of the cone */
+    float cone[LANES];
 };
 
 /* ---- averages ---------------------------------------------------------------------------------- */
 
+typedef float quad __attribute__((vector_size(4 * sizeof(float))));
+typedef int32_t quad_mask __attribute__((vector_size(4 * sizeof(int32_t))));
+
+/* Smallest sides are the first three of four floats, largest sides the last three. */
 SPB_INLINE void join_boxes(const struct spb_node *children, uint32_t count, float box[6])
 {
-    memcpy(box, children[0].box, sizeof children[0].box);
-    for (uint32_t i = 1; i < count; i++)
-        for (int a = 0; a < 3; a++) {
-            const float lo = children[i].box[a], hi = children[i].box[a + 3];
-            box[a] = lo < box[a] ? lo : box[a];
-            box[a + 3] = hi > box[a + 3] ? hi : box[a + 3];
-        }
+    quad least, most, lo, hi;
+    memcpy(&least, &children[0].box[0], sizeof least);
+    memcpy(&most, &children[0].box[2], sizeof most);
+    for (uint32_t i = 1; i < count; i++) {
+        memcpy(&lo, &children[i].box[0], sizeof lo);
+        memcpy(&hi, &children[i].box[2], sizeof hi);
+        const quad_mask below = lo < least, above = hi > most;
+        least = (quad)(((quad_mask)lo & below) | ((quad_mask)least & ~below));
+        most = (quad)(((quad_mask)hi & above) | ((quad_mask)most & ~above));
+    }
+    memcpy(&box[2], &most, sizeof most);
+    memcpy(&box[0], &least, 3 * sizeof least[0]);
 }
 
 SPB_INLINE void load_family(struct batch *b, uint32_t lane, const struct spb_node *nodes,
@@ -334,8 +344,9 @@ SPB_INLINE void join_cones(struct batch *b)
             both[k] = full ? -2 : cosine;
         }
         const double least = smallest_of_four(both);
-        b->cone[i] = least < -1 ? -1 : smaller_of(1, least);
+        b->cosine[i] = least < -1 ? -1 : smaller_of(1, least);
     }
+    floats_outward(b->cosine, false, b->cone, f->lanes);
 }
 
 /* ---- the nodes --------------------------------------------------------------------------------- */
@@ -350,7 +361,7 @@ static void store_node(const struct batch *b, uint32_t i, const struct spb_node 
     out->height = f->height[i];
     out->reach = f->reach[i];
     out->area = f->area[i];
-    out->cone = float_below(b->cone[i]);
+    out->cone = b->cone[i];
     out->normal = oct_code(b->own_u[i], b->own_v[i]);
     average_color(b, &nodes[out->child_first], i, out->rgba);
     out->pending = out->link = 0;

@@ -183,16 +183,9 @@ SPB_VECTORS static void find_bounds(struct batch *b, uint32_t n)
     }
 }
 
-/* Floats not above v, or not below, as float_below and float_above. */
 SPB_VECTORS static void round_outward(const double *v, bool up, float *out, uint32_t n)
 {
-    int32_t bits[BATCH];
-    for (uint32_t i = 0; i < n; i++)
-        out[i] = (float)v[i];
-    memcpy(bits, out, n * sizeof *bits);
-    for (uint32_t i = 0; i < n; i++)
-        bits[i] += up ? bits_up(out[i], bits[i], v[i]) : bits_down(out[i], bits[i], v[i]);
-    memcpy(out, bits, n * sizeof *bits);
+    floats_outward(v, up, out, n);
 }
 
 SPB_VECTORS static void find_boxes(struct batch *b, uint32_t n)

@@ -425,6 +425,12 @@ START_TEST(inner_nodes_are_the_same_without_vectors)
             for (uint32_t k = 0; k < all[i].child_count; k++)
                 area += children[k].area;
             ck_assert(all[i].area == area);
+            for (int a = 0; a < 6; a++) {
+                float side = children[0].box[a];
+                for (uint32_t k = 1; k < all[i].child_count; k++)
+                    side = a < 3 ? fminf(side, children[k].box[a]) : fmaxf(side, children[k].box[a]);
+                ck_assert(all[i].box[a] == side);
+            }
             const int asked = spb_center_step(all[i].radius), step = asked < finest ? finest : asked;
             for (int a = 0; a < 3; a++)
                 ck_assert(fmod(all[i].center[a], ldexp(1, step)) == 0);
