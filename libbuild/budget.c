@@ -34,7 +34,8 @@ static uint64_t less(uint64_t v, uint64_t taken)
 /* A join and a part a thread are sure; the rest is shared out. */
 static void make_parts(const struct spb_budget_input *in, uint64_t lists, struct spb_budget *out)
 {
-    const uint64_t nodes = at_most(in->cluster_nodes, in->faces * 3 / 2 + 1);
+    const uint64_t triangles = at_least(in->faces, 2 * in->vertices);    /* of polygons, about */
+    const uint64_t nodes = at_most(in->cluster_nodes, triangles * 3 / 2 + 1);
     const uint64_t join = TREES_A_JOIN * nodes * (sizeof(struct spb_node) + in->record_bytes * 3 / 4);
     const uint64_t packing = nodes * PACKING_A_NODE + PACKING_FIXED;
     const uint64_t face = PART_BYTES_A_FACE + in->record_bytes;

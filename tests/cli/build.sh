@@ -172,5 +172,20 @@ case $tools in
     quiet "$tools/gen-scan" --triangles 400000 --shape soup --double --color --shuffle -o "$folder/scan.ply"
     within 64 --threads 1
     within 96 --threads 4
+    shape=polygon                   # few faces, many triangles
+    awk 'BEGIN {
+        srand(1)
+        print "ply\nformat ascii 1.0\nelement vertex 400000\nproperty float x\nproperty float y"
+        print "property float z\nelement face 4\nproperty list uint uint vertex_indices\nend_header"
+        for (i = 0; i < 400000; i++)
+            print rand(), rand(), rand()
+        for (f = 0; f < 4; f++) {
+            printf "100000"
+            for (i = 0; i < 100000; i++)
+                printf " %d", f * 100000 + i
+            print ""
+        }
+    }' >"$folder/scan.ply"
+    within 64 --threads 8
     ;;
 esac
