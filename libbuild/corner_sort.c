@@ -179,7 +179,7 @@ static enum spc_status refill(struct spb_corner_sort *g, uint32_t s, struct spc_
 }
 
 enum spc_status spb_corner_sort_next(struct spb_corner_sort *g, uint64_t corner, uint8_t *vertex,
-                                struct spc_error *err)
+                                     struct spc_error *err)
 {
     const uint32_t s = (uint32_t)(corner >> g->slice_log2);
     struct window *w = &g->windows[s];

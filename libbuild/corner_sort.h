@@ -31,8 +31,8 @@ void spb_corner_sort_free(struct spb_corner_sort *sort);
 /* Starts a pass over the corners; may be done again. */
 void spb_corner_sort_begin(struct spb_corner_sort *sort);
 
-/* The vertex of the next corner, whose number it must be. fails SPC_IO */
+/* The vertex of the next corner, whose number it must be. fails SPC_IO; SPC_INTERNAL (the scan changed) */
 enum spc_status spb_corner_sort_next(struct spb_corner_sort *sort, uint64_t corner, uint8_t *vertex,
-                                struct spc_error *err);
+                                     struct spc_error *err);
 
 #endif

@@ -1,6 +1,5 @@
 #include "spill.h"
 
-
 #include <stdlib.h>
 #include <string.h>
 #include <sys/uio.h>
