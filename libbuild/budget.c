@@ -4,7 +4,9 @@
 
 enum {
     FIXED_BYTES = 10 << 20,         /* code, libraries, stacks, what malloc loses */
-    LISTS_A_FACE_SHIFT = 2,         /* a quarter byte: records of clusters, extents, plan */
+    FACES_AN_EXTENT_BYTE = 8,       /* lists of extents, and the plan */
+    LIST_A_CLUSTER = 1200,          /* until the archive is written, its directory included */
+    LIST_A_BLOCK = 250,
     PART_BYTES_A_FACE = 32 + 3 * (int)sizeof(struct spb_node) / 2,      /* beside the record: keys, nodes */
     PACKING_A_NODE = 520,           /* scratch.h, and the coder's payload */
     PACKING_FIXED = 2 << 20,        /* of it zstd's tables */
@@ -51,9 +53,17 @@ static void make_parts(const struct spb_budget_input *in, uint64_t lists, struct
     out->part_faces = at_least(at_most(less(room / out->threads, packing) / face, even), PART_FACES_MIN);
 }
 
+/* Clusters and blocks are half full or fuller, mostly: 1.5 nodes a face make 2.5 nodes' room. */
+static uint64_t list_bytes(const struct spb_budget_input *in)
+{
+    const uint64_t room = in->faces * 5 / 2;
+    return FIXED_BYTES + in->faces / FACES_AN_EXTENT_BYTE + room / in->cluster_nodes * LIST_A_CLUSTER +
+           room / at_most(in->cluster_nodes, in->block_nodes) * LIST_A_BLOCK;
+}
+
 void spb_budget_make(const struct spb_budget_input *in, struct spb_budget *out)
 {
-    const uint64_t lists = FIXED_BYTES + (in->faces >> LISTS_A_FACE_SHIFT);
+    const uint64_t lists = list_bytes(in);
     const uint64_t room = at_least(less(in->memory, lists), in->memory / 4);
     const uint64_t table = in->vertices * in->vertex_bytes;
     *out = (struct spb_budget){.table = room / 2};
@@ -61,6 +71,7 @@ void spb_budget_make(const struct spb_budget_input *in, struct spb_budget *out)
     out->buffers = on_disk ? room / 2 : room - table;
     out->buffers = out->buffers / 8 * 7;            /* batches of faces on their way */
     make_parts(in, lists, out);
-    out->temp = in->faces * in->record_bytes + (on_disk ? in->faces * 3 * in->vertex_bytes : 0);
+    out->temp = in->faces * in->record_bytes + (on_disk ? table : 0);
+    out->sort = in->faces * 3 * in->vertex_bytes;
     out->output = in->faces * ARCHIVE_BYTES_A_FACE;
 }

@@ -19,6 +19,7 @@ struct spb_budget {
     unsigned joins;                 /* nodes above the parts that are built at once */
     uint64_t least;                 /* bytes: less memory than this does not do */
     uint64_t temp;                  /* bytes of disk that temporary files take at their most */
+    uint64_t sort;                  /* more of them, where corners are sorted */
     uint64_t output;                /* and the archive, at least */
 };
 
@@ -28,7 +29,7 @@ struct spb_budget_input {
     uint64_t faces;                 /* triangles to come; for strips an estimate */
     uint64_t vertices;
     uint32_t vertex_bytes, record_bytes;
-    uint32_t cluster_nodes;
+    uint32_t cluster_nodes, block_nodes;
 };
 
 void spb_budget_make(const struct spb_budget_input *in, struct spb_budget *out);

@@ -115,6 +115,7 @@ static enum spc_status make_budget(struct build *b, struct spc_error *err)
         .faces = info->strips ? info->vertex_count * 2 : info->face_count,
         .vertices = info->vertex_count, .vertex_bytes = spb_vertex_bytes(info),
         .record_bytes = format.bytes, .cluster_nodes = b->options->cluster_nodes,
+        .block_nodes = b->options->block_nodes,
     };
     spb_budget_make(&in, &b->budget);
     if (b->options->part_faces > 0)
@@ -125,8 +126,9 @@ static enum spc_status make_budget(struct build *b, struct spc_error *err)
     if (b->budget.least <= b->options->memory)
         return SPC_OK;
     return spc_fail(err, SPC_LIMIT, SPC_NO_OFF,
-                    "clusters of %u nodes take at least %llu MB of memory to build, --memory is %llu MB",
-                    b->options->cluster_nodes, (unsigned long long)(b->budget.least >> 20) + 1,
+                    "clusters of %u nodes in blocks of %u take at least %llu MB of memory to build, "
+                    "--memory is %llu MB", b->options->cluster_nodes, b->options->block_nodes,
+                    (unsigned long long)(b->budget.least >> 20) + 1,
                     (unsigned long long)(b->options->memory >> 20));
 }
 
@@ -176,10 +178,13 @@ static uint64_t cache_memory(const struct build *b)
 static enum spc_status sort_corners(struct build *b, struct spc_error *err)
 {
     charge(b, SPB_READ_FACES);      /* what the cache has cost in vain */
-    const enum spc_status status =
-        spb_corner_sort_create(b->source, &b->vertices, &b->temp, b->budget.buffers,
-                               b->options->slice_log2, reading_threads(b), &b->progress,
-                               &b->corners, err);
+    enum spc_status status = check_space(b->temp.folder, b->budget.temp + b->budget.sort,
+                                         "temporary data", err);
+    b->in_scan = status == SPC_OK;
+    if (status == SPC_OK)
+        status = spb_corner_sort_create(b->source, &b->vertices, &b->temp, b->budget.buffers,
+                                        b->options->slice_log2, reading_threads(b), &b->progress,
+                                        &b->corners, err);
     charge(b, SPB_SORT_CORNERS);
     return status;
 }

@@ -167,8 +167,13 @@ case $tools in
         expect 0 '' "$tools/spc-build" -q --force "$folder/scan.ply" -o "$folder/g.spc"
         cmp -s "$folder/f.spc" "$folder/g.spc" || fail "parts leave a trace in a $shape"
     done
-    expect 1 ".*: clusters of 16777216 nodes take at least [0-9]* MB of memory to build.*" \
+    expect 1 ".*: clusters of 16777216 nodes in blocks of 32768 take at least [0-9]* MB of memory to build.*" \
         "$tools/spc-build" --force --cluster-nodes 16777216 --memory 64M "$folder/scan.ply" -o "$folder/g.spc"
+    for small in "--cluster-nodes 16" "--block-nodes 4"; do
+        # shellcheck disable=SC2086
+        expect 1 ".* take at least [0-9]* MB of memory to build.*" \
+            "$tools/spc-build" --force $small --memory 64M "$folder/scan.ply" -o "$folder/g.spc"
+    done
     quiet "$tools/gen-scan" --triangles 400000 --shape soup --double --color --shuffle -o "$folder/scan.ply"
     within 64 --threads 1
     within 96 --threads 4
