@@ -3,13 +3,13 @@
 #include "tree.h"
 
 enum {
-    FIXED_BYTES = 10 << 20,         /* code, libraries, stacks, what malloc loses */
+    FIXED_BYTES = 12 << 20,         /* code, libraries, what malloc loses */
     FACES_AN_EXTENT_BYTE = 8,       /* lists of extents, and the plan */
     LIST_A_CLUSTER = 1200,          /* until the archive is written, its directory included */
     LIST_A_BLOCK = 250,
     PART_BYTES_A_FACE = 32 + 3 * (int)sizeof(struct spb_node) / 2,      /* beside the record: keys, nodes */
     PACKING_A_NODE = 520,           /* scratch.h, and the coder's payload */
-    PACKING_FIXED = 2 << 20,        /* of it zstd's tables */
+    PACKING_FIXED = 5 << 20,        /* a thread: zstd's tables, its heap with what that loses, its stack */
     TREES_A_JOIN = 5,               /* four children, and the one that is read or kept */
     WAITING_TREES = 36,             /* three siblings a level of a plan of 12 levels */
     PART_FACES_MIN = 4096,

@@ -81,11 +81,6 @@ double spb_space_snap(const struct spb_space *space, double u)
     return floor(times_exp2(u, space->unit_exp - space->vertex_exp) + 0.5);
 }
 
-double spb_space_from_lattice(const struct spb_space *space, double number)
-{
-    return times_exp2(number, space->vertex_exp - space->unit_exp);
-}
-
 int64_t spb_space_origin_number(const struct spb_space *space, int axis)
 {
     return (int64_t)times_exp2(space->origin[axis], -space->vertex_exp);
@@ -94,45 +89,6 @@ int64_t spb_space_origin_number(const struct spb_space *space, int axis)
 struct spb_record_format spb_record_format(bool wide, bool colors)
 {
     return (struct spb_record_format){wide, colors, (wide ? 72u : 36u) + (colors ? 12u : 0u)};
-}
-
-void spb_record_store(const struct spb_record_format *format, const double corner[3][3],
-                      const uint8_t rgba[3][4], uint8_t *record)
-{
-    if (format->wide) {
-        memcpy(record, corner, 72);
-        record += 72;
-    } else {
-        float narrow[9];
-        for (int i = 0; i < 9; i++)
-            narrow[i] = (float)corner[i / 3][i % 3];
-        memcpy(record, narrow, 36);
-        record += 36;
-    }
-    if (format->colors)
-        memcpy(record, rgba, 12);
-}
-
-void spb_record_load(const struct spb_record_format *format, const struct spb_space *space,
-                     const uint8_t *record, struct spb_face *out)
-{
-    double xyz[9];
-    float narrow[9];
-    if (format->wide) {
-        memcpy(xyz, record, 72);
-        record += 72;
-    } else {
-        memcpy(narrow, record, 36);
-        record += 36;
-        for (int i = 0; i < 9; i++)
-            xyz[i] = (double)narrow[i];
-    }
-    for (int i = 0; i < 9; i++)
-        out->corner[i / 3][i % 3] = spb_space_from_file(space, i % 3, xyz[i]);
-    if (format->colors)
-        memcpy(out->rgba, record, 12);
-    else
-        memset(out->rgba, 255, 12);
 }
 
 /* Coordinate number k of nine, file units. */
@@ -152,12 +108,6 @@ SPB_INLINE double middle_of(double x, double y, double z)
 {
     const double min = smaller_of(x, smaller_of(y, z)), max = larger_of(x, larger_of(y, z));
     return (min + max) / 2 + 1 - 1;         /* adding 1 rounds to multiples of 2^-52 */
-}
-
-void spb_face_key(const struct spb_face *face, double key[3])
-{
-    for (int a = 0; a < 3; a++)
-        key[a] = middle_of(face->corner[0][a], face->corner[1][a], face->corner[2][a]);
 }
 
 SPB_INLINE void keys_of(bool wide, uint32_t bytes, const struct spb_space *space,

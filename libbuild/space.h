@@ -43,18 +43,10 @@ double spb_space_from_file(const struct spb_space *space, int axis, double x);
 /* Build coordinate -> the nearest vertex lattice point: its number counted from the origin. */
 double spb_space_snap(const struct spb_space *space, double u);
 
-/* Number of a lattice point -> build coordinate; exact. */
-double spb_space_from_lattice(const struct spb_space *space, double number);
-
 /* Number of the origin itself on the vertex lattice, counted from file coordinate 0; exact. */
 int64_t spb_space_origin_number(const struct spb_space *space, int axis);
 
 /* ---- face records ----------------------------------------------------------------------------- */
-
-struct spb_face {
-    double corner[3][3];            /* build coordinates, [corner][axis], as the file says them */
-    uint8_t rgba[3][4];
-};
 
 /* A record holds file coordinates as float or double, as the scan has them, and colours if any. */
 struct spb_record_format {
@@ -63,18 +55,11 @@ struct spb_record_format {
 };
 struct spb_record_format spb_record_format(bool wide, bool colors);
 
-void spb_record_store(const struct spb_record_format *format, const double corner[3][3],
-                      const uint8_t rgba[3][4], uint8_t *record);
-void spb_record_load(const struct spb_record_format *format, const struct spb_space *space,
-                     const uint8_t *record, struct spb_face *out);
-
 /*
- * Where a face lies for splitting: the middle of its box, on a lattice of 2^-52 units. A function
- * of the face alone, the same in planning and building.
+ * Where faces lie for splitting: the middle of a face's box, on a lattice of 2^-52 units, of records
+ * [0, count); and their numbers: keys[i] is x, y, z, i. A function of the face alone, the same in
+ * planning and building.
  */
-void spb_face_key(const struct spb_face *face, double key[3]);
-
-/* The same of records [0, count), and their numbers: keys[i] is x, y, z, i. */
 void spb_record_keys(const struct spb_record_format *format, const struct spb_space *space,
                      const uint8_t *records, uint32_t count, double (*keys)[4]);
 

@@ -71,7 +71,7 @@ struct spb_tree {                  /* all zero: empty, without memory */
 };
 
 enum { SPB_KEY_FACE = 3 };
-struct spb_key {                    /* one vector: the place of spb_face_key, then the face's number */
+struct spb_key {                    /* one vector, as of spb_record_keys: the place, then the face's number */
     double v[4];
 };
 

@@ -1,4 +1,5 @@
 /* Loops of packing that become vectors give what the plain functions give, to the last bit. */
+#include "plain_face.h"
 #include "bytes.h"
 #include "pack_int.h"
 #include "suite.h"
@@ -78,8 +79,8 @@ static void sample_free(struct sample *s)
 /* Corners as space.c snaps them, one by one. */
 static void corners_of(const struct sample *s, uint32_t i, int64_t corner[3][3])
 {
-    struct spb_face face;
-    spb_record_load(&s->shared.format, &s->space, s->records + 36 * (size_t)s->record[i], &face);
+    struct plain_face face;
+    plain_record_load(&s->shared.format, &s->space, s->records + 36 * (size_t)s->record[i], &face);
     for (int k = 0; k < 3; k++)
         for (int a = 0; a < 3; a++)
             corner[k][a] = (int64_t)spb_space_snap(&s->space, face.corner[k][a]) +

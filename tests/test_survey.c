@@ -1,4 +1,5 @@
 /* What faces measure, in batches of vectors, against one face at a time. */
+#include "plain_face.h"
 #include "suite.h"
 #include "survey.h"
 
@@ -29,11 +30,11 @@ static void make_records(bool wide, uint32_t count, uint8_t *records)
             memcpy(corner[1], corner[0], sizeof corner[0]);
         if (i % 21 == 0)
             memcpy(corner[2], corner[0], sizeof corner[0]);
-        spb_record_store(&format, (const double(*)[3])corner, none, records + i * format.bytes);
+        plain_record_store(&format, (const double(*)[3])corner, none, records + i * format.bytes);
     }
 }
 
-static int plain_bin(const struct spb_face *f)
+static int plain_bin(const struct plain_face *f)
 {
     double shortest = HUGE_VAL;
     int exponent = 0;
@@ -48,7 +49,7 @@ static int plain_bin(const struct spb_face *f)
     return shortest < HUGE_VAL ? exponent + SPB_EDGE_BINS - 64 : -1;
 }
 
-static double plain_volume(const struct spb_face *f)
+static double plain_volume(const struct plain_face *f)
 {
     const double *p = f->corner[0], *q = f->corner[1], *r = f->corner[2];
     return p[0] * (q[1] * r[2] - q[2] * r[1]) + p[1] * (q[2] * r[0] - q[0] * r[2]) +
@@ -67,8 +68,8 @@ static void compare(bool wide, uint32_t count)
     make_records(wide, count, records);
     spb_survey_measure(&format, &space, records, count, &m, bins);
     for (uint32_t i = 0; i < count; i++) {
-        struct spb_face face;
-        spb_record_load(&format, &space, records + i * format.bytes, &face);
+        struct plain_face face;
+        plain_record_load(&format, &space, records + i * format.bytes, &face);
         ck_assert_int_eq(bins[i], plain_bin(&face));
         volume += plain_volume(&face);
         for (int k = 0; k < 9; k++) {

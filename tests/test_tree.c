@@ -2,6 +2,7 @@
  * The stages of the tree: the same nodes with vectors and without, and the same as the plain
  * functions of the format and the definitions of split.h and bound.c say.
  */
+#include "plain_face.h"
 #include "codes.h"
 #include "plain_tree.h"
 #include "split.h"
@@ -202,7 +203,7 @@ static struct scene *make_scene(bool wide, bool colors)
         random_corners(corner);
         for (int k = 0; k < 12; k++)
             rgba[k / 4][k % 4] = (uint8_t)random_below(256);
-        spb_record_store(&s->format, (const double(*)[3])corner, (const uint8_t(*)[4])rgba,
+        plain_record_store(&s->format, (const double(*)[3])corner, (const uint8_t(*)[4])rgba,
                          s->records + (size_t)i * s->format.bytes);
         s->nodes[0][i] = s->nodes[1][i] = (struct spb_node){.link = FACES - 1 - i};
         if (i % 7 == 0)             /* an inner node: leaves are to be told apart */
@@ -222,12 +223,12 @@ static void free_scene(struct scene *s)
 /* What the format's own functions make of the face. */
 static void check_leaf(const struct scene *s, const struct spb_node *leaf)
 {
-    struct spb_face face;
+    struct plain_face face;
     double e[3][3], n[3], normal[3], longest = 0, height = 0;
-    spb_record_load(&s->format, &s->space, s->records + (size_t)leaf->link * s->format.bytes,
+    plain_record_load(&s->format, &s->space, s->records + (size_t)leaf->link * s->format.bytes,
                     &face);
     for (int k = 0; k < 9; k++)
-        face.corner[k / 3][k % 3] = spb_space_from_lattice(
+        face.corner[k / 3][k % 3] = plain_from_lattice(
             &s->space, spb_space_snap(&s->space, face.corner[k / 3][k % 3]));
     for (int k = 0; k < 3; k++) {
         vec_sub(face.corner[(k + 1) % 3], face.corner[k], e[k]);
@@ -267,10 +268,10 @@ START_TEST(keys_are_those_of_the_faces)
         struct scene *s = make_scene(kind & 1, kind & 2);
         spb_record_keys(&s->format, &s->space, s->records, FACES, &keys[0].v);
         for (uint32_t i = 0; i < FACES; i++) {
-            struct spb_face face;
+            struct plain_face face;
             double key[3];
-            spb_record_load(&s->format, &s->space, s->records + (size_t)i * s->format.bytes, &face);
-            spb_face_key(&face, key);
+            plain_record_load(&s->format, &s->space, s->records + (size_t)i * s->format.bytes, &face);
+            plain_face_key(&face, key);
             for (int a = 0; a < 3; a++) {
                 const double x = face.corner[0][a], y = face.corner[1][a], z = face.corner[2][a];
                 const double middle = (fmin(x, fmin(y, z)) + fmax(x, fmax(y, z))) / 2;
