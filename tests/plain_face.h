@@ -9,9 +9,9 @@ struct plain_face {
     uint8_t rgba[3][4];
 };
 
-void plain_record_store(const struct plain_record_format *format, const double corner[3][3],
+void plain_record_store(const struct spb_record_format *format, const double corner[3][3],
                       const uint8_t rgba[3][4], uint8_t *record);
-void plain_record_load(const struct plain_record_format *format, const struct spb_space *space,
+void plain_record_load(const struct spb_record_format *format, const struct spb_space *space,
                      const uint8_t *record, struct plain_face *out);
 
 /* The middle of its box, on a lattice of 2^-52 units. */
