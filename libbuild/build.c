@@ -87,9 +87,10 @@ static void charge(struct build *b, enum spb_phase phase)
 static enum spc_status open_source(struct build *b, struct spc_error *err)
 {
     b->in_scan = true;
+    const struct spb_source_options in = {&b->progress, &b->temp};
     enum spc_status status = b->options->salvage
-        ? spb_source_salvage(b->options->scan, &b->progress, &b->source, err)
-        : spb_source_open(b->options->scan, &b->source, err);
+        ? spb_source_salvage(b->options->scan, &in, &b->source, err)
+        : spb_source_open(b->options->scan, &in, &b->source, err);
     if (status != SPC_OK)
         return status;
     const struct spb_source_info *info = spb_source_info(b->source);

@@ -25,8 +25,8 @@ static uint64_t edge_hash(uint64_t a, uint64_t b)
 }
 
 /*
- * What a corner of an archive is known by. Its blocks have vertices of their own, so it is the
- * place, which is the same bits in each of them; welding by place would take a table.
+ * What a corner is known by where vertices have no numbers that mean anything, as in the blocks of
+ * an archive or in STL: its place, the same bits in each of them. Welding would take a table.
  */
 static uint64_t place_name(const struct spb_vertices *v, const uint8_t *vertex)
 {
@@ -35,6 +35,7 @@ static uint64_t place_name(const struct spb_vertices *v, const uint8_t *vertex)
     spb_vertex_load(v, vertex, xyz);
     for (int a = 0; a < 3; a++) {
         uint64_t bits;
+        xyz[a] += 0;                /* one zero of the two */
         memcpy(&bits, &xyz[a], sizeof bits);
         h = mix(h + bits + 0x9E3779B97F4A7C15u);
     }
@@ -82,8 +83,12 @@ static void keep_face(const struct spb_vertices *v, uint32_t record_bytes, struc
             job->non_finite++;
             return;
         }
-    for (int k = 0; k < 3 && v->archive; k++)
+    for (int k = 0; k < 3 && v->by_place; k++)
         name[k] = place_name(v, vertex[k]);
+    if (!v->archive && (name[0] == name[1] || name[1] == name[2] || name[2] == name[0])) {
+        job->degenerate++;          /* by place; by number it would not be here */
+        return;
+    }
     for (int k = 0; k < 3; k++)
         job->edge_sum += edge_hash(name[k], name[(k + 1) % 3]);
     store_record(v, vertex, job->records + (size_t)job->kept++ * record_bytes);

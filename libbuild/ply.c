@@ -537,9 +537,10 @@ static void ply_close(void *state)
     free(state);
 }
 
-static enum spc_status ply_open(struct spb_bytes *bytes, struct spb_source_info *info, void **state,
-                                struct spc_error *err)
+static enum spc_status ply_open(struct spb_bytes *bytes, const struct spb_source_options *options,
+                                struct spb_source_info *info, void **state, struct spc_error *err)
 {
+    (void)options;
     struct ply *const ply = calloc(1, sizeof *ply);
     enum spc_status status;
 

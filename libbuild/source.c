@@ -80,22 +80,23 @@ static enum spc_status find_format(struct spb_source *source, struct spc_error *
 }
 
 static enum spc_status open_format(struct spb_source *source, bool salvage,
-                                   const struct spb_progress *progress, struct spc_error *err)
+                                   const struct spb_source_options *options, struct spc_error *err)
 {
     if (salvage) {
         source->format = &spb_spc_format;
-        return spb_spc_salvage(&source->bytes, &source->info, progress, &source->state, err);
+        return spb_spc_salvage(&source->bytes, options, &source->info, &source->state, err);
     }
     const enum spc_status status = find_format(source, err);
     if (status != SPC_OK)
         return status;
-    return source->format->open(&source->bytes, &source->info, &source->state, err);
+    return source->format->open(&source->bytes, options, &source->info, &source->state, err);
 }
 
 static enum spc_status open_file(const char *path, bool salvage,
-                                 const struct spb_progress *progress, struct spb_source **out,
+                                 const struct spb_source_options *options, struct spb_source **out,
                                  struct spc_error *err)
 {
+    static const struct spb_source_options nothing = {NULL, NULL};
     struct spb_source *source = calloc(1, sizeof *source);
     enum spc_status status;
 
@@ -106,7 +107,7 @@ static enum spc_status open_file(const char *path, bool salvage,
     if (status != SPC_OK)
         goto out;
     source->info.file_bytes = source->bytes.file_bytes;
-    status = open_format(source, salvage, progress, err);
+    status = open_format(source, salvage, options ? options : &nothing, err);
     if (status != SPC_OK)
         goto out;
     *out = source;
@@ -116,15 +117,16 @@ out:
     return status;
 }
 
-enum spc_status spb_source_open(const char *path, struct spb_source **out, struct spc_error *err)
+enum spc_status spb_source_open(const char *path, const struct spb_source_options *options,
+                                struct spb_source **out, struct spc_error *err)
 {
-    return open_file(path, false, NULL, out, err);
+    return open_file(path, false, options, out, err);
 }
 
-enum spc_status spb_source_salvage(const char *path, const struct spb_progress *progress,
+enum spc_status spb_source_salvage(const char *path, const struct spb_source_options *options,
                                    struct spb_source **out, struct spc_error *err)
 {
-    return open_file(path, true, progress, out, err);
+    return open_file(path, true, options, out, err);
 }
 
 void spb_source_close(struct spb_source *source)

@@ -10,6 +10,7 @@
 
 #include "progress.h"
 #include "salvage.h"
+#include "tmpfile.h"
 
 enum { SPB_BATCH_MAX = 4096 };          /* elements a batch; bounds the reader's memory */
 
@@ -17,15 +18,16 @@ enum { SPB_BATCH_MAX = 4096 };          /* elements a batch; bounds the reader's
 
 struct spb_source_info {
     const char *format;                 /* "ply ascii", "ply le", "ply be", ... static */
-    uint64_t vertex_count;              /* declared */
-    uint64_t face_count;                /* declared faces or strips; 0 when there are none */
+    uint64_t vertex_count;              /* declared, or counted where the format declares none */
+    uint64_t face_count;                /* so too, faces or strips; 0 when there are none */
     bool strips;                        /* face_count counts triangle strips */
     bool colors;                        /* vertices carry colour; alpha 255 where the file has none */
     bool wide;                          /* coordinates need double: declared double or 32-bit int */
     uint64_t file_bytes;
+    bool by_place;                      /* vertices in one place are one, whatever their numbers */
     /*
      * An archive: its faces have been judged when it was built and are all kept, its vertices lie
-     * on a lattice of 2^lattice_exp, and those in one place are one vertex, whatever their numbers.
+     * on a lattice of 2^lattice_exp.
      */
     bool archive;
     int lattice_exp;
@@ -53,20 +55,27 @@ struct spb_face_batch {
 
 struct spb_source;
 
+struct spb_source_options {             /* what a reader may use; zeros: nothing */
+    const struct spb_progress *progress;        /* of opening, where that reads the file; cancels it */
+    struct spb_temp *temp;              /* for what memory should not hold; lives as long as the source */
+};
+
 /*
- * Opens path and reads its header. Nothing of the body is read yet.
+ * Opens path and reads its header; a format without one is read through, to count. options may be
+ * NULL.
  *
  * fails  SPC_IO (cannot open or read), SPC_INPUT_FORMAT (no known format, or a header that makes
  *        no sense: what names the line), SPC_INPUT_TRUNCATED (the header has no end, or promises
- *        more than the file can hold), SPC_NO_MEMORY
+ *        more than the file can hold), SPC_NO_MEMORY, SPC_CANCELLED
  */
-enum spc_status spb_source_open(const char *path, struct spb_source **out, struct spc_error *err);
+enum spc_status spb_source_open(const char *path, const struct spb_source_options *options,
+                                struct spb_source **out, struct spc_error *err);
 
 /*
  * Opens a damaged archive, whatever its first bytes are: a source of the triangles that are left.
  * fails  as spb_spc_salvage of spc_source.h
  */
-enum spc_status spb_source_salvage(const char *path, const struct spb_progress *progress,
+enum spc_status spb_source_salvage(const char *path, const struct spb_source_options *options,
                                    struct spb_source **out, struct spc_error *err);
 void spb_source_close(struct spb_source *source);
 const struct spb_source_info *spb_source_info(const struct spb_source *source);

@@ -18,8 +18,8 @@ struct spb_format {
     bool (*sniff)(const uint8_t *head, size_t head_bytes, uint64_t file_bytes);
 
     /* Reads the header. bytes stands at 0. info is zeroed but for file_bytes. */
-    enum spc_status (*open)(struct spb_bytes *bytes, struct spb_source_info *info, void **state,
-                            struct spc_error *err);
+    enum spc_status (*open)(struct spb_bytes *bytes, const struct spb_source_options *options,
+                            struct spb_source_info *info, void **state, struct spc_error *err);
     void (*close)(void *state);
 
     enum spc_status (*begin_vertices)(void *state, struct spc_error *err);

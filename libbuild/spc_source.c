@@ -330,6 +330,7 @@ static void fill_info(const struct spc *s, struct spb_source_info *info)
     info->face_count = s->salvage.triangles;
     info->colors = (s->like.flags & SPC_FLAG_COLORS) != 0;
     info->wide = s->wide;
+    info->by_place = true;      /* blocks have vertices of their own */
     info->archive = true;
     info->lattice_exp = s->like.vertex_exp;
     info->salvage = s->salvaging ? &s->salvage : NULL;
@@ -355,21 +356,21 @@ static enum spc_status finish_open(struct spc *s, enum spc_status status,
     return SPC_OK;
 }
 
-static enum spc_status spc_open(struct spb_bytes *bytes, struct spb_source_info *info, void **state,
-                                struct spc_error *err)
+static enum spc_status spc_open(struct spb_bytes *bytes, const struct spb_source_options *options,
+                                struct spb_source_info *info, void **state, struct spc_error *err)
 {
+    (void)options;
     struct spc *s = NULL;
     const enum spc_status status = map(bytes, &s, err);
     return s == NULL ? status : finish_open(s, open_whole(s, err), info, state, err);
 }
 
-enum spc_status spb_spc_salvage(struct spb_bytes *bytes, struct spb_source_info *info,
-                                const struct spb_progress *progress, void **state,
-                                struct spc_error *err)
+enum spc_status spb_spc_salvage(struct spb_bytes *bytes, const struct spb_source_options *options,
+                                struct spb_source_info *info, void **state, struct spc_error *err)
 {
     struct spc *s = NULL;
     const enum spc_status status = map(bytes, &s, err);
-    return s == NULL ? status : finish_open(s, open_damaged(s, progress, err), info, state, err);
+    return s == NULL ? status : finish_open(s, open_damaged(s, options->progress, err), info, state, err);
 }
 
 /* ---- the two passes ---------------------------------------------------------------------------- */

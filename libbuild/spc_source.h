@@ -7,7 +7,6 @@
 #ifndef SPB_SPC_SOURCE_H
 #define SPB_SPC_SOURCE_H
 
-#include "progress.h"
 #include "source_int.h"
 
 /* Whole archives: the first fault that is met is the error, as the format library tells it. */
@@ -19,8 +18,7 @@ extern const struct spb_format spb_spc_format;
  * fails  SPC_INPUT_EMPTY (no triangle is left), SPC_VERSION, SPC_FEATURE, SPC_IO, SPC_NO_MEMORY,
  *        SPC_CANCELLED
  */
-enum spc_status spb_spc_salvage(struct spb_bytes *bytes, struct spb_source_info *info,
-                                const struct spb_progress *progress, void **state,
-                                struct spc_error *err);
+enum spc_status spb_spc_salvage(struct spb_bytes *bytes, const struct spb_source_options *options,
+                                struct spb_source_info *info, void **state, struct spc_error *err);
 
 #endif

@@ -113,7 +113,8 @@ enum spc_status spb_vertices_read(struct spb_source *source, struct spb_temp *te
 {
     const struct spb_source_info *info = spb_source_info(source);
     *out = (struct spb_vertices){.count = info->vertex_count, .wide = info->wide,
-                                 .colors = info->colors, .archive = info->archive,
+                                 .colors = info->colors,
+                                 .by_place = info->by_place, .archive = info->archive,
                                  .bytes = spb_vertex_bytes(info)};
     for (int a = 0; a < 3; a++) {
         out->min[a] = INFINITY;

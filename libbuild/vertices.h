@@ -11,7 +11,7 @@
 
 struct spb_vertices {
     uint64_t count;
-    bool wide, colors, archive;     /* as in spb_source_info */
+    bool wide, colors, by_place, archive;       /* as in spb_source_info */
     uint32_t bytes;                 /* of one: 3 floats or (wide) doubles, file units; 4 of colour */
     uint8_t *table;                 /* [count][bytes], or NULL: on disk */
     struct spb_tmpfile *file;

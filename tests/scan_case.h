@@ -199,7 +199,7 @@ static inline void scan_read_path(const char *path, struct scan *s)
     struct spb_source *source = NULL;
 
     *s = (struct scan){ .status = SPC_OK };
-    s->status = spb_source_open(path, &source, &s->err);
+    s->status = spb_source_open(path, NULL, &source, &s->err);
     if (s->status != SPC_OK) {
         ck_assert_ptr_null(source);
         ck_assert_int_eq(s->err.status, s->status);

@@ -254,7 +254,7 @@ START_TEST(what_was_walked_over_once_is_not_read_again)
     struct spb_source *source;
 
     write_scan(true);                           /* faces and edges, then vertices: 1.5 MB */
-    ck_assert_int_eq(spb_source_open(scan_path, &source, NULL), SPC_OK);
+    ck_assert_int_eq(spb_source_open(scan_path, NULL, &source, NULL), SPC_OK);
     ck_assert_int_eq(spb_source_begin_vertices(source, NULL), SPC_OK);
     ck_assert_int_gt(fault.calls, 3);
     for (int i = 0; i < 5; i++) {

@@ -141,7 +141,7 @@ static struct spb_source *open_holey(uint64_t rows, bool cut, struct spc_error *
 {
     struct spb_source *source = NULL;
     write_holey(rows, cut);
-    spb_source_open(scan_path, &source, err);
+    spb_source_open(scan_path, NULL, &source, err);
     return source;
 }
 
@@ -211,7 +211,7 @@ START_TEST(counts_past_32_bits_in_a_small_file_are_refused_at_once)
                 put(&t, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n0123456789012345678901234567890123456789");
                 scan_write(t.data, t.bytes);
                 free(t.data);
-                const enum spc_status status = spb_source_open(scan_path, &source, &err);
+                const enum spc_status status = spb_source_open(scan_path, NULL, &source, &err);
                 ck_assert_msg(status == SPC_INPUT_TRUNCATED || status == SPC_INPUT_FORMAT, "%s %s %s: %d",
                               formats[f], elements[e], counts[c], (int)status);
                 ck_assert_ptr_null(source);

@@ -196,7 +196,7 @@ START_TEST(counts_that_cannot_fit_the_file_are_refused_at_open)
                 put(&f, "0 0 0\n0 0 0\n0 0 0\n0 0 0");
             scan_write(f.data, f.bytes);
             free(f.data);
-            ck_assert_int_eq(spb_source_open(scan_path, &source, &err), SPC_INPUT_TRUNCATED);
+            ck_assert_int_eq(spb_source_open(scan_path, NULL, &source, &err), SPC_INPUT_TRUNCATED);
             ck_assert_ptr_null(source);
             ck_assert_ptr_nonnull(strstr(err.what, "element 'vertex'"));
         }
@@ -255,7 +255,7 @@ START_TEST(of_a_binary_list_cut_short_nothing_is_delivered)
             ply_value(&f, format, T_INT, i < 2 ? 0 : i == 2 ? 19998 : i);
         scan_write(f.data, f.bytes);
         free(f.data);
-        ck_assert_int_eq(spb_source_open(scan_path, &source, NULL), SPC_OK);
+        ck_assert_int_eq(spb_source_open(scan_path, NULL, &source, NULL), SPC_OK);
         ck_assert_int_eq(spb_source_begin_faces(source, NULL), SPC_OK);
         ck_assert_int_eq(spb_source_faces(source, &scan_faces, &err), SPC_INPUT_TRUNCATED);
         ck_assert_uint_eq(scan_faces.count, 0);
@@ -431,7 +431,7 @@ START_TEST(a_pass_that_failed_stays_failed_until_it_begins_anew)
     static const char text[] = START VERTEX "element face 2\n" PLY_INDEX_LIST "end_header\n0 0 0\n3 0 1 2\nx";
 
     scan_write(text, sizeof text - 1);
-    ck_assert_int_eq(spb_source_open(scan_path, &source, NULL), SPC_OK);
+    ck_assert_int_eq(spb_source_open(scan_path, NULL, &source, NULL), SPC_OK);
     for (int i = 0; i < 2; i++) {
         ck_assert_int_eq(spb_source_begin_faces(source, NULL), SPC_OK);
         ck_assert_int_eq(spb_source_faces(source, &scan_faces, NULL), SPC_INPUT_FORMAT);

@@ -426,7 +426,7 @@ START_TEST(passes_may_be_left_early_and_taken_in_any_order)
         ply_face(&f, 0, 3, (const int[]){ i, 1, 2 });
     ply_vertices(&f, 0, 9000);
     scan_write(f.data, f.bytes);
-    ck_assert_int_eq(spb_source_open(scan_path, &source, NULL), SPC_OK);
+    ck_assert_int_eq(spb_source_open(scan_path, NULL, &source, NULL), SPC_OK);
     for (int i = 0; i < 6; i++) {
         if (i % 3 == 0) {
             ck_assert_int_eq(spb_source_begin_vertices(source, NULL), SPC_OK);
@@ -457,7 +457,7 @@ START_TEST(bytes_done_tells_the_bytes_of_each_pass)
         uint64_t done;
 
         scan_write(f.data, f.bytes);
-        ck_assert_int_eq(spb_source_open(scan_path, &source, NULL), SPC_OK);
+        ck_assert_int_eq(spb_source_open(scan_path, NULL, &source, NULL), SPC_OK);
         ck_assert_uint_eq(spb_source_info(source)->file_bytes, f.bytes);
         ck_assert_int_eq(spb_source_begin_vertices(source, NULL), SPC_OK);
         ck_assert_uint_eq(spb_source_bytes_done(source), 0);
@@ -484,7 +484,7 @@ START_TEST(bytes_done_tells_the_bytes_of_each_pass)
         put_element_body(&f, format, 1);
         put_element_body(&f, format, 3);
         scan_write(f.data, f.bytes);
-        ck_assert_int_eq(spb_source_open(scan_path, &source, NULL), SPC_OK);
+        ck_assert_int_eq(spb_source_open(scan_path, NULL, &source, NULL), SPC_OK);
         ck_assert_int_eq(spb_source_begin_vertices(source, NULL), SPC_OK);
         ck_assert_uint_eq(spb_source_bytes_done(source), 0);
         ck_assert_int_eq(spb_source_vertices(source, &scan_vertices, NULL), SPC_OK);

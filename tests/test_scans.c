@@ -32,7 +32,7 @@ static struct soup read_scan(const char *path)
     struct spb_source *source = NULL;
     struct spb_vertex_batch *v = malloc(sizeof *v);
     struct spb_face_batch *f = malloc(sizeof *f);
-    ck_assert_int_eq(spb_source_open(path, &source, NULL), SPC_OK);
+    ck_assert_int_eq(spb_source_open(path, NULL, &source, NULL), SPC_OK);
     const struct spb_source_info *info = spb_source_info(source);
     double (*xyz)[3] = malloc(info->vertex_count * sizeof *xyz);
     size_t n = 0, max = 0;
