@@ -65,11 +65,11 @@ $(B)/lib%.a:
 	$(Q)$(AR) rcs $@ $^
 
 LINK = $(say) LINK $@ && $(CC) $(ALL_CFLAGS) $(LDFLAGS) $(filter %.o %.a,$^) -o $@
-$(B)/spc-build: $(call obj,cmd/spc_build.c cmd/usage.c) $(CLI) $(META) $(B)/libspb.a $(B)/libspc.a
+$(B)/spc-build: $(call obj,cmd/spc_build.c $(wildcard cmd/build_*.c) cmd/usage.c) $(CLI) $(META) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build) $(LIBS_cmd)
 $(B)/spc-info: $(call obj,cmd/spc_info.c $(wildcard cmd/info_*.c)) $(CLI) $(META) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build) $(LIBS_cmd)
-$(B)/spc-render: $(call obj,cmd/spc_render.c) $(CLI) $(B)/libspv.a $(B)/libspc.a
+$(B)/spc-render: $(call obj,cmd/spc_render.c) $(CLI) $(META) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_viewer) $(LIBS_cmd)
 $(B)/gen-scan: $(call obj,scripts/gen_scan.c)
 	$(LINK) -lm

@@ -2,6 +2,7 @@
 #include "cli.h"
 
 #include <errno.h>
+#include <jansson.h>
 #include <malloc.h>
 #include <math.h>
 #include <signal.h>
@@ -113,6 +114,13 @@ void cli_warn(const char *file, const char *fmt, ...)
     vfprintf(stderr, fmt, args);
     va_end(args);
     fputc('\n', stderr);
+}
+
+void cli_list(const char *file, const char *fault)
+{
+    fputs("  '", stderr);
+    put_name(stderr, file);
+    fprintf(stderr, "'%s%s\n", fault != NULL ? ": " : "", fault != NULL ? fault : "");
 }
 
 int cli_usage(const char *fmt, ...)
@@ -239,7 +247,9 @@ const char *cli_count_text(uint64_t count, char text[CLI_TEXT])
 static struct {
     enum cli_progress_mode mode;
     const char *file, *phase;
+    size_t number, of;
     double began, phase_began, shown;
+    double overall;                 /* share of the work that is done; does not go back */
     bool line;                      /* something stands on the terminal's line */
 } progress = {.mode = CLI_PROGRESS_NEVER};
 
@@ -280,32 +290,80 @@ bool cli_progress_mode(const char *word, enum cli_progress_mode *mode)
     return false;
 }
 
-void cli_progress_begin(enum cli_progress_mode mode, const char *file)
+void cli_progress_begin(enum cli_progress_mode mode, const char *file, size_t number, size_t of)
 {
     if (mode == CLI_PROGRESS_AUTO)
         mode = isatty(STDERR_FILENO) ? CLI_PROGRESS_AUTO : CLI_PROGRESS_NEVER;
     progress.mode = mode;
     progress.file = file;
+    progress.number = number;
+    progress.of = of;
     progress.phase = NULL;
     progress.began = cli_seconds();
-    progress.shown = 0;
+    progress.shown = progress.overall = 0;
     progress.line = false;
+}
+
+/* A name as JSON; null when it is no UTF-8. */
+static void put_quoted(const char *name)
+{
+    json_t *json = json_string(name);
+    char *text = json_dumps(json, JSON_ENCODE_ANY);
+    fputs(text != NULL ? text : "null", stderr);
+    free(text);
+    json_decref(json);
+}
+
+static void show_json(const char *phase, uint64_t done, uint64_t total, double now)
+{
+    fputs("{\"scan\":", stderr);
+    put_quoted(progress.file);
+    if (progress.of > 0)
+        fprintf(stderr, ",\"number\":%zu,\"of\":%zu", progress.number, progress.of);
+    fprintf(stderr, ",\"phase\":\"%s\",\"done\":%llu,\"total\":%llu,\"overall\":%.3f,\"seconds\":%.1f}\n", phase,
+            (unsigned long long)done, (unsigned long long)total, progress.overall,
+            now - progress.began);
+}
+
+/* What a phase counts in bytes; others count parts or blocks. */
+static bool counts_bytes(const char *phase)
+{
+    static const char *const verbs[] = {"read", "copy", "count", "search"};
+    for (size_t i = 0; i < sizeof verbs / sizeof *verbs; i++)
+        if (strncmp(phase, verbs[i], strlen(verbs[i])) == 0)
+            return true;
+    return false;
+}
+
+static void put_left(double left)
+{
+    if (left < 99.5)
+        fprintf(stderr, ", about %.0f s left", left);
+    else if (left < 99.5 * 60)
+        fprintf(stderr, ", about %.0f min left", left / 60);
+    else
+        fprintf(stderr, ", about %.1f h left", left / 3600);
 }
 
 static void show(const char *phase, uint64_t done, uint64_t total, double now)
 {
-    const double share = total > 0 ? (double)done / (double)total : 0;
+    char text[CLI_TEXT];
     const double spent = now - progress.phase_began;
-    const double left = share > 0 ? spent / share - spent : 0;
-    if (progress.mode == CLI_PROGRESS_JSON) {
-        fprintf(stderr, "{\"phase\":\"%s\",\"done\":%llu,\"total\":%llu,\"seconds\":%.1f}\n", phase,
-                (unsigned long long)done, (unsigned long long)total, now - progress.began);
-        return;
-    }
-    fprintf(stderr, "%s%s: %-14s %3.0f %%", progress.mode == CLI_PROGRESS_AUTO ? "\r" : "",
-            tool_name, phase, 100 * share);
-    if (spent > 1 && share > 0.01)
-        fprintf(stderr, ", %.0f s left", left);
+    const double elapsed = now - progress.began;
+    fputs(progress.mode == CLI_PROGRESS_AUTO ? "\r" : "", stderr);
+    if (progress.of > 0)
+        fprintf(stderr, "[%zu/%zu] ", progress.number, progress.of);
+    else
+        fprintf(stderr, "%s: ", tool_name);
+    fputs(phase, stderr);
+    if (total > 0)
+        fprintf(stderr, " %.0f %%", 100 * (double)done / (double)total);
+    else
+        fprintf(stderr, " %s", cli_bytes_text(done, text));
+    if (spent > 0.5 && done > 0 && counts_bytes(phase))
+        fprintf(stderr, ", %s/s", cli_bytes_text((uint64_t)((double)done / spent), text));
+    if (elapsed > 1 && progress.overall > 0.01)
+        put_left(elapsed / progress.overall - elapsed);
     if (progress.mode == CLI_PROGRESS_AUTO) {
         fputs("\033[K", stderr);
         progress.line = true;
@@ -314,9 +372,16 @@ static void show(const char *phase, uint64_t done, uint64_t total, double now)
     }
 }
 
+static double share_of_all(const struct cli_share *shares, const char *phase, double done)
+{
+    for (; shares != NULL && shares->phase != NULL; shares++)
+        if (strcmp(shares->phase, phase) == 0)
+            return shares->before + shares->share * done;
+    return shares != NULL ? 0 : done;
+}
+
 int cli_progress(void *ctx, const char *phase, uint64_t done, uint64_t total)
 {
-    (void)ctx;
     if (stopped)
         return 1;
     if (progress.mode == CLI_PROGRESS_NEVER)
@@ -326,13 +391,20 @@ int cli_progress(void *ctx, const char *phase, uint64_t done, uint64_t total)
     if (changed) {
         progress.phase = phase;
         progress.phase_began = now;
+        if (ctx == NULL)
+            progress.overall = 0;
     }
+    progress.overall = fmax(progress.overall,
+                            share_of_all(ctx, phase, total > 0 ? (double)done / (double)total : 0));
     const bool quiet = progress.mode == CLI_PROGRESS_AUTO
         ? now - progress.began < 1 || now - progress.shown < 0.2
         : !changed && now - progress.shown < 1;
     if (!quiet) {
         progress.shown = now;
-        show(phase, done, total, now);
+        if (progress.mode == CLI_PROGRESS_JSON)
+            show_json(phase, done, total, now);
+        else
+            show(phase, done, total, now);
     }
     return 0;
 }

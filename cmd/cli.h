@@ -22,6 +22,9 @@ void cli_error(const char *file, const struct spc_error *err, const char *remedy
 const char *cli_disk_remedy(const struct spc_error *err, const char *full);
 void cli_warn(const char *file, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
 
+/* "  'file': fault" on stderr, a line of a list. fault may be NULL. */
+void cli_list(const char *file, const char *fault);
+
 /* "tool: text" and a hint at --help; returns EXIT_USAGE. */
 int cli_usage(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 
@@ -52,12 +55,21 @@ enum cli_progress_mode { CLI_PROGRESS_AUTO, CLI_PROGRESS_ALWAYS, CLI_PROGRESS_NE
 /* False for a word that is no mode. */
 bool cli_progress_mode(const char *word, enum cli_progress_mode *mode);
 
+/* A phase's part of the whole time, and that of the phases before it; phase NULL ends a table. */
+struct cli_share {
+    const char *phase;
+    double before, share;
+};
+
 /*
- * Shows phases as they advance: on a terminal one line, first after a second, then five times a
- * second; always: a line a change; json: an object a line on stderr.
+ * Shows phases as they advance, with rate and, by the table of shares, the time that is left: on a
+ * terminal one line, first after a second, then five times a second; always: a line a change;
+ * json: an object a line on stderr. number, of: of the files of a batch, or 0.
  */
-void cli_progress_begin(enum cli_progress_mode mode, const char *file);
-int cli_progress(void *ctx, const char *phase, uint64_t done, uint64_t total);  /* spb_progress.fn */
+void cli_progress_begin(enum cli_progress_mode mode, const char *file, size_t number, size_t of);
+
+/* spb_progress.fn; ctx: the table of shares, or NULL: the time that the phase takes. */
+int cli_progress(void *ctx, const char *phase, uint64_t done, uint64_t total);
 void cli_progress_end(void);        /* wipes the line */
 
 /*

@@ -17,6 +17,7 @@ struct recovery {
     const char *path;
     struct spc_remains remains;
     json_t *meta;                   /* of the damaged archive; NULL: not readable */
+    struct spb_scan_facts facts;
     struct spb_build_options build;
     struct spb_build_report report;
 };
@@ -77,15 +78,16 @@ static json_t *known(uint64_t n)
     return n ? json_integer((json_int_t)n) : json_null();
 }
 
-static char *make_meta(void *ctx, const struct spc_header *header, const char *format,
-                       uint64_t vertices, uint64_t faces)
+static char *make_meta(void *ctx, const struct spc_header *header)
 {
     struct recovery *r = ctx;
     const struct spb_salvage *v = &r->report.salvage;
     json_t *sources = json_incref(json_object_get(r->meta, "sources"));
     if (sources == NULL)
-        sources = json_pack("[o]", meta_source(r->path, format, vertices, faces));
-    json_t *meta = meta_new("spc-info --recover", &r->build, header, sources);
+        sources = meta_sources(&r->build);
+    struct meta_coordinates coordinates;
+    meta_read_coordinates(r->meta, &coordinates);
+    json_t *meta = meta_new("spc-info --recover", &r->build, header, &coordinates, sources);
     json_object_set_new(meta, "recovered",
                         json_pack("{s:I, s:o}", "triangles", (json_int_t)v->triangles, "of",
                                   known(v->triangles_of)));
@@ -198,9 +200,9 @@ static bool print_json(const struct recovery *r)
 
 /* ---- all of it --------------------------------------------------------------------------------- */
 
-static int build_failed(const struct recovery *r, bool in_scan, const struct spc_error *err)
+static int build_failed(const char *file, const struct spc_error *err)
 {
-    cli_error(in_scan ? r->path : r->build.out, err,
+    cli_error(file, err,
               err->status == SPC_EXISTS ? "--force replaces it" : cli_disk_remedy(err, "free some space there"));
     switch (err->status) {
     case SPC_INPUT_EMPTY:
@@ -222,14 +224,14 @@ static int no_memory(const char *path, const char *what)
 static int rebuild(struct recovery *r, bool json)
 {
     struct spc_error err = {0};
-    bool in_scan = false;
+    const char *file = NULL;
     choose_options(r);
     cli_catch_signals();
-    cli_progress_begin(CLI_PROGRESS_AUTO, r->path);
-    const enum spc_status status = spb_build(&r->build, &r->report, &in_scan, &err);
+    cli_progress_begin(CLI_PROGRESS_AUTO, r->path, 0, 0);
+    const enum spc_status status = spb_build(&r->build, &r->report, &file, &err);
     cli_progress_end();
     if (status != SPC_OK)
-        return build_failed(r, in_scan, &err);
+        return build_failed(file, &err);
     if (!json)
         print_text(r);
     else if (!print_json(r))
@@ -251,6 +253,7 @@ int info_recover(const char *path, const char *out, bool force, bool json)
         r.meta = json_loadb(r.remains.meta, r.remains.meta_bytes, 0, NULL);
     spb_build_defaults(&r.build);
     r.build.scan = path;
+    r.build.facts = &r.facts;
     r.build.out = out;
     r.build.force = force;
     r.build.salvage = true;

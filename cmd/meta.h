@@ -16,12 +16,30 @@ bool meta_no_memory(void);
 /* A file name as JSON: names are bytes, JSON is UTF-8; what is not becomes '?'. */
 json_t *meta_name(const char *name);
 
-/* An entry of sources[], by the last part of the path. */
-json_t *meta_source(const char *path, const char *format, uint64_t vertices, uint64_t faces);
+/* The array sources[] of the options' facts, by the last parts of paths. */
+json_t *meta_sources(const struct spb_build_options *options);
 
-/* The whole object; takes the reference to sources. NULL without memory. */
+/*
+ * How the archive's coordinates, which are the scan's own, lie in the world: world = scale x + offset,
+ * in unit and CRS; up is an axis of the archive's. Facts for those who read the archive: no stored
+ * value depends on them.
+ */
+struct meta_coordinates {
+    bool has_offset, has_scale;
+    double offset[3], scale;
+    char up[4], unit[16], crs[24];  /* "z", "-y"; "m"; "EPSG:25832"; or "" */
+};
+
+/* The metadata's coordinates, as far as they are there and make sense. */
+void meta_read_coordinates(const json_t *meta, struct meta_coordinates *out);
+
+/* Takes over from other what c does not say. */
+void meta_default_coordinates(struct meta_coordinates *c, const struct meta_coordinates *other);
+
+/* The whole object; takes the reference to sources. coordinates may be NULL. NULL without memory. */
 json_t *meta_new(const char *tool, const struct spb_build_options *options,
-                 const struct spc_header *header, json_t *sources);
+                 const struct spc_header *header, const struct meta_coordinates *coordinates,
+                 json_t *sources);
 
 /* An object's text as flags of json_dumps say, from malloc, and its end; NULL without memory. */
 char *meta_text(json_t *meta, size_t flags);

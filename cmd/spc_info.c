@@ -95,18 +95,49 @@ static void print_sources(const struct facts *f)
     }
 }
 
+/* Where it lies in the world, as far as somebody has said so. */
+static void print_coordinates(const struct spc_header *h, const struct facts *f)
+{
+    struct meta_coordinates c;
+    meta_read_coordinates(f->meta, &c);
+    if (c.has_offset || c.has_scale) {
+        printf("world box  ");
+        for (int a = 0; a < 6; a++)
+            printf("%.12g%s", (a < 3 ? h->box_min[a] : h->box_max[a - 3]) * c.scale + c.offset[a % 3],
+                   a == 2 ? " .. " : a == 5 ? "" : " ");
+        printf(" (x %.9g + %.12g %.12g %.12g)\n", c.scale, c.offset[0], c.offset[1], c.offset[2]);
+    }
+    if (c.unit[0] || c.up[0] || c.crs[0])
+        printf("world      %s%s%s%s%s%s%s\n", c.crs, c.crs[0] && c.unit[0] ? ", " : "",
+               c.unit[0] ? "unit " : "", c.unit, (c.crs[0] || c.unit[0]) && c.up[0] ? ", " : "",
+               c.up[0] ? "up is " : "", c.up);
+}
+
+/* faces_in + split_extra + points_in = leaves + dropped */
+static void print_accounts(const struct spc_header *h)
+{
+    char a[CLI_TEXT], b[CLI_TEXT];
+    if (h->points_in > 0)
+        printf("read       %s points", cli_count_text(h->points_in, a));
+    else
+        printf("read       %s faces", cli_count_text(h->faces_in, a));
+    if (h->split_extra > 0)
+        printf(" + %s by splitting polygons", cli_count_text(h->split_extra, a));
+    printf(" = %s leaves", cli_count_text(h->leaf_count, b));
+    if (dropped(h) > 0)
+        printf(" + %s dropped: %llu bad index, %llu not finite, %llu degenerate",
+               cli_count_text(dropped(h), a), (unsigned long long)h->dropped_bad_index,
+               (unsigned long long)h->dropped_non_finite, (unsigned long long)h->dropped_degenerate);
+    putchar('\n');
+}
+
 static void print_text(const char *path, const struct spc_reader *r, const struct facts *f)
 {
     const struct spc_header *h = spc_reader_header(r);
     char a[CLI_TEXT], b[CLI_TEXT], c[CLI_TEXT];
     printf("%s: .spc archive, development version, %s\n", path, cli_bytes_text(h->file_bytes, a));
     print_sources(f);
-    if (dropped(h) > 0)
-        printf("dropped    %s of %s faces: %llu bad index, %llu not finite, %llu degenerate\n",
-               cli_count_text(dropped(h), a), cli_count_text(h->faces_in + h->split_extra, b),
-               (unsigned long long)h->dropped_bad_index,
-               (unsigned long long)h->dropped_non_finite,
-               (unsigned long long)h->dropped_degenerate);
+    print_accounts(h);
     printf("nodes      %s, of them %s leaves; %u levels\n", cli_count_text(h->node_count, a),
            cli_count_text(h->leaf_count, b), h->height);
     if (h->flags & SPC_FLAG_TRIANGLES)
@@ -125,13 +156,15 @@ static void print_text(const char *path, const struct spc_reader *r, const struc
            h->box_min[2], h->box_max[0], h->box_max[1], h->box_max[2]);
     printf("size       %.6g x %.6g x %.6g\n", h->box_max[0] - h->box_min[0],
            h->box_max[1] - h->box_min[1], h->box_max[2] - h->box_min[2]);
+    print_coordinates(h, f);
     printf("error      %.3g .. %.3g (%s)\n", info_file_units(h, (double)h->e_min),
            info_file_units(h, (double)h->e_max),
            h->flags & SPC_FLAG_ERROR_PAPER ? "as the thesis defines it" : "proved bounds");
     printf("storage    %s: inner nodes %s, leaves and triangles %s, head %s\n", codec_text(h, f),
            cli_bytes_text(f->bytes[SPC_BLOCK_INNER], a),
            cli_bytes_text(f->bytes[SPC_BLOCK_LEAF], b), cli_bytes_text(h->head_bytes, c));
-    printf("           %.2f bytes a triangle\n", (double)h->file_bytes / (double)h->leaf_count);
+    printf("           %.2f bytes a %s\n", (double)h->file_bytes / (double)h->leaf_count,
+           h->points_in > 0 ? "point" : "triangle");
     printf("first picture  %s: head and root cluster, one range of the file\n",
            cli_bytes_text(info_first_picture(r), a));
 }
@@ -316,7 +349,7 @@ static int measure(const char *path, const struct spc_reader *reader, const stru
                    struct info_histogram *hist, struct info_bytes *bytes, struct measured *m)
 {
     struct spc_error err = {0};
-    cli_progress_begin(CLI_PROGRESS_AUTO, path);
+    cli_progress_begin(CLI_PROGRESS_AUTO, path, 0, 0);
     if (q->histogram != INFO_NOTHING && info_histogram_fill(reader, q->histogram, hist, &err) == SPC_OK)
         m->hist = hist;
     if (q->bytes && err.status == SPC_OK && info_bytes_fill(reader, bytes, &err) == SPC_OK)

@@ -3,6 +3,7 @@
 #include "count.h"
 #include "ctx.h"
 #include "draw.h"
+#include "meta.h"
 #include "png_file.h"
 
 #include <getopt.h>
@@ -22,7 +23,7 @@ static const char HELP[] =
     "      --size WxH         pixels (default 1024x1024)\n"
     "      --orbit AZ,EL[,DIST]   degrees around the model's middle; 0,0 is the front\n"
     "      --eye X,Y,Z --target X,Y,Z   a free camera\n"
-    "      --up X,Y,Z         vertical axis (default 0,1,0)\n"
+    "      --up X,Y,Z         vertical axis (default: as the archive says, else 0,1,0)\n"
     "      --fov DEG          vertical field of view (default 45)\n"
     "      --eps PX           accepted error on screen (default 1)\n"
     "      --mode hybrid|points|triangles   (default hybrid)\n"
@@ -54,7 +55,7 @@ struct arguments {
     int width, height;
     double azimuth, elevation, distance;            /* degrees; distance 0: framed */
     double eye[3], target[3], up[3];
-    bool has_eye, has_target, has_orbit;
+    bool has_eye, has_target, has_up, has_orbit;
     double fov_deg, eps_px;
     int mode, splat;
     bool no_cull, transparent;
@@ -149,6 +150,7 @@ static int parse_option(int c, const char *value, struct arguments *a)
     case OPT_UP:
         if (!cli_doubles(value, a->up, 3))
             return cli_usage("--up takes X,Y,Z, not '%s'", value);
+        a->has_up = true;
         return EXIT_DONE;
     case OPT_FOV:
         if (!cli_double(value, &a->fov_deg) || !(a->fov_deg >= 0.01 && a->fov_deg <= 179))
@@ -187,6 +189,22 @@ static int check_arguments(struct arguments *a)
 }
 
 /* ---- the picture -------------------------------------------------------------------------------- */
+
+/* The axis that the archive's metadata names. */
+static void take_up(const struct spc_reader *reader, double up[3])
+{
+    struct meta_coordinates c;
+    size_t bytes = 0;
+    const char *text = spc_reader_meta(reader, &bytes);
+    json_t *meta = json_loadb(text, bytes, 0, NULL);
+    meta_read_coordinates(meta, &c);
+    json_decref(meta);
+    const char *axis = c.up[0] == '-' ? c.up + 1 : c.up;
+    if (axis[0] < 'x' || axis[0] > 'z')
+        return;
+    for (int a = 0; a < 3; a++)
+        up[a] = axis[0] - 'x' != a ? 0 : c.up[0] == '-' ? -1 : 1;
+}
 
 static bool make_camera(const struct arguments *a, const struct spc_header *h,
                         struct spv_camera *camera)
@@ -257,7 +275,7 @@ static enum spc_status draw(const struct arguments *a, const struct spc_reader *
     return status;
 }
 
-static int render(const struct arguments *a)
+static int render(struct arguments *a)
 {
     struct spc_reader *reader = NULL;
     struct spc_error err = {0};
@@ -275,6 +293,8 @@ static int render(const struct arguments *a)
     if (status != SPC_OK)
         goto out;
     const struct spc_header *h = spc_reader_header(reader);
+    if (!a->has_up)
+        take_up(reader, a->up);
     if (view.mode == SPV_TRIANGLES && !(h->flags & SPC_FLAG_TRIANGLES)) {
         status = spc_fail(&err, SPC_FEATURE, SPC_NO_OFF, "it holds points only, no triangles");
         goto out;

@@ -63,11 +63,15 @@ static double seconds_of(struct timeval t)
     return (double)t.tv_sec + (double)t.tv_usec * 1e-6;
 }
 
-struct usage usage_since(double began)
+double usage_cpu_seconds(void)
 {
     struct rusage use;
     getrusage(RUSAGE_SELF, &use);
-    return (struct usage){cli_seconds() - began,
-                          seconds_of(use.ru_utime) + seconds_of(use.ru_stime), peak_resident(),
+    return seconds_of(use.ru_utime) + seconds_of(use.ru_stime);
+}
+
+struct usage usage_since(double began, double cpu_before)
+{
+    return (struct usage){cli_seconds() - began, usage_cpu_seconds() - cpu_before, peak_resident(),
                           peak_of_group()};
 }

@@ -10,7 +10,9 @@ struct usage {
     uint64_t group_bytes;           /* the control group's at its most, page cache included; 0: in none */
 };
 
-/* began: of cli_seconds */
-struct usage usage_since(double began);
+double usage_cpu_seconds(void);
+
+/* began: of cli_seconds; cpu_before: of usage_cpu_seconds then */
+struct usage usage_since(double began, double cpu_before);
 
 #endif

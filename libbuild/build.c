@@ -1,12 +1,14 @@
 #include "build.h"
 
 #include "budget.h"
+#include "chain.h"
 #include "faces.h"
 #include "layout.h"
 #include "pool.h"
 #include "top.h"
 
 #include <errno.h>
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -35,7 +37,9 @@ struct build {
     const struct spb_build_options *options;
     struct spb_build_report *report;
     struct spb_progress progress;
-    struct spb_source *source;
+    struct spb_source **scans;      /* [scan_count] */
+    uint32_t scan_count;
+    struct spb_source *source;      /* the only scan, or their chain */
     struct spb_budget budget;
     struct spb_temp temp;
     struct spb_phase_cost charged;  /* sums when a phase was charged last */
@@ -84,26 +88,83 @@ static void charge(struct build *b, enum spb_phase phase)
 
 /* ---- reading ----------------------------------------------------------------------------------- */
 
-static enum spc_status open_source(struct build *b, struct spc_error *err)
+static const char *scan_name(const struct build *b, uint32_t i)
 {
-    b->in_scan = true;
+    return i == 0 ? b->options->scan : b->options->more[i - 1];
+}
+
+static enum spc_status open_scan(struct build *b, struct spc_error *err)
+{
     const struct spb_source_options in = {&b->progress, &b->temp};
-    enum spc_status status = b->options->salvage
-        ? spb_source_salvage(b->options->scan, &in, &b->source, err)
-        : spb_source_open(b->options->scan, &in, &b->source, err);
+    const char *name = scan_name(b, b->scan_count);
+    struct spb_source **out = &b->scans[b->scan_count];
+    const enum spc_status status = b->options->salvage ? spb_source_salvage(name, &in, out, err)
+                                                       : spb_source_open(name, &in, out, err);
     if (status != SPC_OK)
         return status;
-    const struct spb_source_info *info = spb_source_info(b->source);
+    const struct spb_source_info *info = spb_source_info(*out);
     if (info->salvage != NULL)
         b->report->salvage = *info->salvage;
-    snprintf(b->report->format, sizeof b->report->format, "%s", info->format);
-    b->report->vertices = info->vertex_count;
-    b->report->faces = info->face_count;
+    if (b->options->facts != NULL) {
+        struct spb_scan_facts *facts = &b->options->facts[b->scan_count];
+        *facts = (struct spb_scan_facts){.vertices = info->vertex_count, .faces = info->face_count};
+        snprintf(facts->format, sizeof facts->format, "%s", info->format);
+    }
+    b->report->vertices += info->vertex_count;
+    b->report->faces += info->face_count;
     if (info->face_count == 0)
         return spc_fail(err, SPC_INPUT_EMPTY, SPC_NO_OFF,
                         "it holds %llu points without faces; only triangle meshes can be converted",
                         (unsigned long long)info->vertex_count);
+    b->scan_count++;
     return SPC_OK;
+}
+
+static enum spc_status open_source(struct build *b, struct spc_error *err)
+{
+    const uint32_t count = 1 + b->options->more_count;
+    enum spc_status status = SPC_OK;
+    b->scans = calloc(count, sizeof *b->scans);
+    if (b->scans == NULL)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for %u scans", count);
+    b->in_scan = true;
+    while (b->scan_count < count && status == SPC_OK) {
+        status = open_scan(b, err);
+        if (status == SPC_OK && count > 1)      /* until it is its turn */
+            spb_source_pause(b->scans[b->scan_count - 1]);
+    }
+    if (status != SPC_OK)
+        return status;
+    b->in_scan = false;
+    if (count > 1)
+        return spb_source_chain(b->scans, count, &b->source, err);
+    b->source = b->scans[0];
+    return SPC_OK;
+}
+
+static void close_source(struct build *b)
+{
+    if (b->source != NULL && b->source != b->scans[0])
+        spb_source_close(b->source);
+    for (uint32_t i = 0; b->scans != NULL && i < 1 + b->options->more_count; i++)
+        spb_source_close(b->scans[i]);
+    free(b->scans);
+}
+
+/* The file that an error is about. */
+static const char *file_at_fault(const struct build *b)
+{
+    if (!b->in_scan || atomic_load(&b->temp.failed))
+        return b->options->out;
+    return scan_name(b, b->source != NULL ? spb_source_member(b->source) : b->scan_count);
+}
+
+/* Readers that wait for their turn keep what they know of their headers. */
+static uint64_t open_scans_bytes(const struct build *b)
+{
+    enum { A_SCAN = 64 << 10 };
+    const uint64_t bytes = (uint64_t)b->options->more_count * A_SCAN;
+    return bytes < b->options->memory / 2 ? bytes : b->options->memory / 2;
 }
 
 static enum spc_status make_budget(struct build *b, struct spc_error *err)
@@ -111,7 +172,7 @@ static enum spc_status make_budget(struct build *b, struct spc_error *err)
     const struct spb_source_info *info = spb_source_info(b->source);
     const struct spb_record_format format = spb_record_format(info->wide, info->colors);
     const struct spb_budget_input in = {
-        .memory = b->options->memory,
+        .memory = b->options->memory - open_scans_bytes(b),
         .threads = b->options->threads ? b->options->threads : spb_pool_cores(),
         .faces = info->strips ? info->vertex_count * 2 : info->face_count,
         .vertices = info->vertex_count, .vertex_bytes = spb_vertex_bytes(info),
@@ -278,6 +339,19 @@ static bool space_of_used(const struct build *b, struct spb_space *used)
     return used->unit_exp != b->space.unit_exp || used->ulp_exp != b->space.ulp_exp;
 }
 
+/* A file of doubles may hold what once were floats: then they resolve no more than those. */
+static void judge_precision(struct build *b)
+{
+    const struct spb_survey *s = &b->stats.survey;
+    double largest = 0;
+    int exponent;
+    for (int a = 0; a < 3; a++)
+        largest = fmax(largest, fmax(fabs(s->file_min[a]), fabs(s->file_max[a])));
+    frexp(largest, &exponent);
+    b->report->step = ldexp(1, exponent - (b->vertices.beyond_float ? DBL_MANT_DIG : FLT_MANT_DIG));
+    b->report->short_edge = ldexp(spb_survey_short_edge(s), b->space.unit_exp);
+}
+
 /*
  * A stray vertex that no face uses would make the unit so large that the surface shrinks to a few
  * lattice points. Who uses it is known once the faces are read; then they are read again.
@@ -295,7 +369,9 @@ static enum spc_status read_faces(struct build *b, struct spc_error *err)
     }
     if (status != SPC_OK)
         return status;
-    snprintf(b->report->remark, sizeof b->report->remark, "%s", spb_source_remark(b->source));
+    for (uint32_t i = 0; i < b->scan_count && b->options->facts != NULL; i++)
+        snprintf(b->options->facts[i].remark, sizeof b->options->facts[i].remark, "%s",
+                 spb_source_remark(b->scans[i]));
     const uint64_t dropped = b->stats.bad_index + b->stats.non_finite + b->stats.degenerate;
     if (b->stats.kept == 0)
         return spc_fail(err, SPC_INPUT_EMPTY, SPC_NO_OFF, "it holds no usable triangle (%llu dropped)",
@@ -307,6 +383,7 @@ static enum spc_status read_faces(struct build *b, struct spc_error *err)
                         (unsigned long long)dropped, (unsigned long long)b->stats.bad_index,
                         (unsigned long long)b->stats.non_finite,
                         (unsigned long long)b->stats.degenerate);
+    judge_precision(b);
     if (spb_source_info(b->source)->archive)
         spb_space_use_lattice(&b->space, spb_source_info(b->source)->lattice_exp);
     else
@@ -429,9 +506,12 @@ static enum spc_status write_archive(struct build *b, struct spc_error *err)
 {
     struct spc_header *h = &b->report->header;
     fill_header(b, h);
+    if (h->faces_in + h->split_extra + h->points_in !=
+            h->leaf_count + h->dropped_bad_index + h->dropped_non_finite + h->dropped_degenerate ||
+        h->leaf_count != b->stats.kept)
+        return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "the counts of faces and leaves do not add up");
     char *meta = b->options->meta
-        ? b->options->meta(b->options->meta_ctx, h, b->report->format, b->report->vertices,
-                           b->report->faces)
+        ? b->options->meta(b->options->meta_ctx, h)
         : strdup("{}");
     if (meta == NULL)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the metadata");
@@ -457,17 +537,19 @@ static char *folder_of(const char *path)
     return slash == path ? strdup("/") : strndup(path, (size_t)(slash - path));
 }
 
-/* force replaces an archive, by a rename: never the scan, nor a device or pipe such as /dev/null. */
-static enum spc_status check_target(const struct spb_build_options *o, struct spc_error *err)
+/* force replaces an archive, by a rename: never a scan, nor a device or pipe such as /dev/null. */
+static enum spc_status check_target(const struct build *b, struct spc_error *err)
 {
-    struct stat scan, target;
+    const struct spb_build_options *o = b->options;
+    struct stat target;
     if (stat(o->out, &target) != 0 || S_ISDIR(target.st_mode))
         return SPC_OK;              /* the writer tells */
     if (!S_ISREG(target.st_mode))
         return spc_fail(err, SPC_IO, SPC_NO_OFF, "the target is a device or pipe, no plain file");
-    if (stat(o->scan, &scan) == 0 && scan.st_dev == target.st_dev && scan.st_ino == target.st_ino)
-        return spc_fail(err, SPC_IO, SPC_NO_OFF, "the target is the %s itself",
-                        o->salvage ? "archive" : "scan");
+    for (uint32_t i = 0; i < b->scan_count; i++)
+        if (spb_source_is_file(b->scans[i], &target))
+            return spc_fail(err, SPC_IO, SPC_NO_OFF, "the target is the %s itself",
+                            o->salvage ? "archive" : "scan");
     return SPC_OK;
 }
 
@@ -481,7 +563,7 @@ static void release(struct build *b)
     spb_tmpfile_free(b->spool_file);
     spb_vertices_release(&b->vertices);
     spb_corner_sort_free(b->corners);
-    spb_source_close(b->source);
+    close_source(b);
     spc_writer_close(b->writer);
 }
 
@@ -493,7 +575,7 @@ static enum spc_status prepare(struct build *b, struct spc_error *err)
         b->in_scan = false;
         status = make_budget(b, err);
         if (status == SPC_OK)
-            status = check_target(b->options, err);
+            status = check_target(b, err);
         if (status == SPC_OK)
             status = spc_writer_create(b->options->out, b->options->force, &b->writer, err);
         if (status == SPC_OK)
@@ -526,7 +608,7 @@ static enum spc_status run_phases(struct build *b, struct spc_error *err)
 }
 
 enum spc_status spb_build(const struct spb_build_options *options, struct spb_build_report *report,
-                          bool *in_scan, struct spc_error *err)
+                          const char **file, struct spc_error *err)
 {
     struct build b = {.options = options, .report = report, .progress = options->progress};
     *report = (struct spb_build_report){0};
@@ -539,8 +621,8 @@ enum spc_status spb_build(const struct spb_build_options *options, struct spb_bu
         status = prepare(&b, err);
     if (status == SPC_OK)
         status = run_phases(&b, err);
-    if (in_scan != NULL)
-        *in_scan = b.in_scan && !atomic_load(&b.temp.failed);
+    if (file != NULL)
+        *file = file_at_fault(&b);
     release(&b);
     free(temp);
     return status;

@@ -1,7 +1,8 @@
 /*
  * build.h - a scan becomes an archive.
  *
- * Stages, a file each, in the order the data flows: source.h (ply.h) reads, vertices.h and faces.h
+ * Stages, a file each, in the order the data flows: source.h (ply.h and others) reads, chain.h makes
+ * one of several, vertices.h and faces.h
  * meet (through vertex_cache.h or corner_sort.h where the vertices are on disk), distribute.h puts
  * faces on disk by place, plan.h finds the parts, top.h builds them and what is above (split.h,
  * tree.h), pack.h makes clusters, spool.h keeps them until the archive is written. budget.h says
@@ -16,8 +17,17 @@
 
 enum spb_cull { SPB_CULL_AUTO, SPB_CULL_NONE, SPB_CULL_BACK };
 
+struct spb_scan_facts {             /* of one scan */
+    char format[32];
+    uint64_t vertices, faces;       /* declared, or counted */
+    char remark[400];               /* what the reader wants to be known, or "" */
+};
+
 struct spb_build_options {          /* spb_build_defaults, then change */
-    const char *scan, *out;         /* paths */
+    const char *scan, *out;         /* paths; a scan "-" is standard input */
+    const char *const *more;        /* [more_count] further scans, into the same archive */
+    uint32_t more_count;
+    struct spb_scan_facts *facts;   /* [1 + more_count], to be filled in; NULL: not wanted */
     const char *temp;               /* folder of temporary files; NULL: the output's */
     bool force;                     /* replace an existing archive */
     bool salvage;                   /* scan is a damaged archive: build from what is whole of it */
@@ -39,8 +49,7 @@ struct spb_build_options {          /* spb_build_defaults, then change */
      * Makes the metadata: JSON text from malloc, which the build frees; NULL: out of memory.
      * Must depend on the scan and on options that shape the bytes alone (I10).
      */
-    char *(*meta)(void *ctx, const struct spc_header *header, const char *format,
-                  uint64_t vertices, uint64_t faces);
+    char *(*meta)(void *ctx, const struct spc_header *header);
     void *meta_ctx;
 };
 
@@ -55,13 +64,13 @@ struct spb_phase_cost {
 
 struct spb_build_report {           /* for the summary; valid after success */
     struct spc_header header;
-    char format[32];                /* of the scan */
-    uint64_t vertices, faces;       /* declared in the scan */
+    uint64_t vertices, faces;       /* sums over the scans' facts */
     uint64_t vertices_non_finite;
     uint32_t parts;
     uint64_t temp_written, temp_read;           /* sums over the phases */
     struct spb_phase_cost phases[SPB_PHASE_COUNT];
-    char remark[200];               /* what the reader wants to be known, or "" */
+    double step;                    /* file units: what the scan's numbers resolve where they are largest */
+    double short_edge;              /* file units: a tenth of the edges are about that short or shorter */
     struct spb_salvage salvage;     /* with options.salvage */
     bool closed;                    /* every edge meets its reverse, volume is positive */
 };
@@ -73,10 +82,10 @@ void spb_build_defaults(struct spb_build_options *options);
  * not before, and an old target is untouched.
  *
  * fails  SPC_EXISTS, SPC_BUSY, SPC_IO, SPC_NO_MEMORY, SPC_CANCELLED, SPC_INPUT_*, those of
- *        spc_reader_open and spc_block_decode where the scan is an archive; err->what names
- *        no file: errors of reading the scan have at_file 1 in *in_scan (may be NULL)
+ *        spc_reader_open and spc_block_decode where a scan is an archive; err->what names no file:
+ *        that is *file (may be NULL), options->out or the name of a scan
  */
 enum spc_status spb_build(const struct spb_build_options *options, struct spb_build_report *report,
-                          bool *in_scan, struct spc_error *err);
+                          const char **file, struct spc_error *err);
 
 #endif

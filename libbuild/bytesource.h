@@ -1,5 +1,5 @@
 /*
- * bytesource.h - a regular file as a window of bytes that moves forward, for every scan reader.
+ * bytesource.h - a file as a window of bytes that moves forward, for every scan reader.
  *
  * Readers look straight into the window: buf[pos] is the next byte, buf[end] the first byte that
  * is not there, and buf[end] is always a readable zero, so that a loop over digits or blanks needs
@@ -9,13 +9,16 @@
 #ifndef SPB_BYTESOURCE_H
 #define SPB_BYTESOURCE_H
 
-#include "spc.h"
+#include "progress.h"
+#include "tmpfile.h"
 
 enum { SPB_BYTES_WINDOW = 256 * 1024 };     /* most that spb_bytes_need can be asked for */
 
 struct spb_bytes {
     int fd;                     /* -1: closed */
-    uint8_t *buf;               /* window_bytes + 1 bytes */
+    struct spb_tmpfile *copy;   /* of a pipe: fd is this one's; else NULL */
+    uint8_t *buf;               /* window_bytes + 1 bytes; or none, as long as nothing is read */
+    uint8_t none[1];
     size_t window_bytes;        /* SPB_BYTES_WINDOW, or what a smaller file needs */
     size_t pos, end;            /* pos <= end <= window_bytes */
     uint64_t buf_off;           /* file offset of buf[0] */
@@ -23,12 +26,19 @@ struct spb_bytes {
 };
 
 /*
- * Opens a regular file at its first byte. On failure *bytes is closed.
+ * Opens a file at its first byte; "-" is standard input. What comes through a pipe is copied to a
+ * temporary file of temp first, since scans are read twice; without temp (NULL) pipes are refused.
+ * *bytes must stay where it is. On failure it is closed.
  *
- * fails  SPC_IO (open), SPC_INPUT_FORMAT (a directory, pipe or device), SPC_NO_MEMORY
+ * fails  SPC_IO (open; the copy), SPC_INPUT_FORMAT (a directory, terminal or device), SPC_NO_MEMORY,
+ *        SPC_CANCELLED
  */
-enum spc_status spb_bytes_open(struct spb_bytes *bytes, const char *path, struct spc_error *err);
+enum spc_status spb_bytes_open(struct spb_bytes *bytes, const char *path, struct spb_temp *temp,
+                               const struct spb_progress *progress, struct spc_error *err);
 void spb_bytes_close(struct spb_bytes *bytes);
+
+/* Frees the window, until something is read again. Pointers into it die. */
+void spb_bytes_pause(struct spb_bytes *bytes);
 
 /* Moves the window; off may lie behind the end of the file, where nothing is. Reads nothing. */
 void spb_bytes_seek(struct spb_bytes *bytes, uint64_t off);
@@ -65,7 +75,7 @@ static inline bool spb_bytes_last(const struct spb_bytes *bytes)
  * Brings want bytes (at most SPB_BYTES_WINDOW) into the window, fewer only when the file ends
  * before: the caller looks at spb_bytes_have. Pointers into the window die.
  *
- * fails  SPC_IO
+ * fails  SPC_IO, SPC_NO_MEMORY
  */
 static inline enum spc_status spb_bytes_need(struct spb_bytes *bytes, size_t want,
                                              struct spc_error *err)

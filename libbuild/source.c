@@ -9,6 +9,7 @@
 #include <assert.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "ply.h"
 #include "source_int.h"
@@ -97,17 +98,18 @@ static enum spc_status open_file(const char *path, bool salvage,
                                  struct spc_error *err)
 {
     static const struct spb_source_options nothing = {NULL, NULL};
+    options = options ? options : &nothing;
     struct spb_source *source = calloc(1, sizeof *source);
     enum spc_status status;
 
     *out = NULL;
     if (!source)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a scan reader");
-    status = spb_bytes_open(&source->bytes, path, err);
+    status = spb_bytes_open(&source->bytes, path, options->temp, options->progress, err);
     if (status != SPC_OK)
         goto out;
     source->info.file_bytes = source->bytes.file_bytes;
-    status = open_format(source, salvage, options ? options : &nothing, err);
+    status = open_format(source, salvage, options, err);
     if (status != SPC_OK)
         goto out;
     *out = source;
@@ -137,6 +139,35 @@ void spb_source_close(struct spb_source *source)
         source->format->close(source->state);
     spb_bytes_close(&source->bytes);
     free(source);
+}
+
+enum spc_status spb_source_wrap(const struct spb_format *format, void *state,
+                                const struct spb_source_info *info, struct spb_source **out,
+                                struct spc_error *err)
+{
+    *out = malloc(sizeof **out);
+    if (*out == NULL)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a scan reader");
+    **out = (struct spb_source){.format = format, .state = state, .bytes = {.fd = -1}, .info = *info};
+    return SPC_OK;
+}
+
+void *spb_source_state(const struct spb_source *source, const struct spb_format *format)
+{
+    return source->format == format ? source->state : NULL;
+}
+
+bool spb_source_is_file(const struct spb_source *source, const struct stat *file)
+{
+    struct stat own;
+    return fstat(source->bytes.fd, &own) == 0 && own.st_dev == file->st_dev &&
+           own.st_ino == file->st_ino;
+}
+
+void spb_source_pause(struct spb_source *source)
+{
+    if (source->bytes.fd >= 0)
+        spb_bytes_pause(&source->bytes);
 }
 
 const struct spb_source_info *spb_source_info(const struct spb_source *source)

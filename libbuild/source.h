@@ -80,6 +80,13 @@ enum spc_status spb_source_salvage(const char *path, const struct spb_source_opt
 void spb_source_close(struct spb_source *source);
 const struct spb_source_info *spb_source_info(const struct spb_source *source);
 
+/* Does it read that very file? */
+struct stat;
+bool spb_source_is_file(const struct spb_source *source, const struct stat *file);
+
+/* Gives up buffers until a pass begins again: the one under way is over. */
+void spb_source_pause(struct spb_source *source);
+
 /* Start a pass over the vertices, or over the faces. fails SPC_IO, SPC_INPUT_* */
 enum spc_status spb_source_begin_vertices(struct spb_source *source, struct spc_error *err);
 enum spc_status spb_source_begin_faces(struct spb_source *source, struct spc_error *err);

@@ -30,4 +30,12 @@ struct spb_format {
     const char *(*remark)(void *state);
 };
 
+/* A source that is no file: state goes to its format's close. fails SPC_NO_MEMORY, state untouched */
+enum spc_status spb_source_wrap(const struct spb_format *format, void *state,
+                                const struct spb_source_info *info, struct spb_source **out,
+                                struct spc_error *err);
+
+/* The state of a source of that format, else NULL. */
+void *spb_source_state(const struct spb_source *source, const struct spb_format *format);
+
 #endif

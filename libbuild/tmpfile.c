@@ -98,6 +98,16 @@ void spb_tmpfile_free(struct spb_tmpfile *file)
     free(file);
 }
 
+uint64_t spb_tmpfile_bytes(const struct spb_tmpfile *file)
+{
+    return atomic_load(&file->end);
+}
+
+int spb_tmpfile_fd(const struct spb_tmpfile *file)
+{
+    return file->fd;
+}
+
 /* Steps over what has been written; false when nothing is left. */
 static bool advance(struct iovec **parts, int *count, size_t done)
 {

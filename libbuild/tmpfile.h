@@ -33,6 +33,12 @@ enum spc_status spb_tmpfile_append(struct spb_tmpfile *file, const void *bytes, 
 enum spc_status spb_tmpfile_append_parts(struct spb_tmpfile *file, struct iovec *parts, int count,
                                          uint64_t *off, struct spc_error *err);
 
+/* Bytes that have been appended. */
+uint64_t spb_tmpfile_bytes(const struct spb_tmpfile *file);
+
+/* Its descriptor, for those who read it as a file; the file's own. */
+int spb_tmpfile_fd(const struct spb_tmpfile *file);
+
 /* Reads n bytes at off, all of which must have been appended. fails SPC_IO */
 enum spc_status spb_tmpfile_read(struct spb_tmpfile *file, uint64_t off, void *bytes, size_t n,
                                  struct spc_error *err);

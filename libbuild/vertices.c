@@ -59,6 +59,8 @@ static enum spc_status place(struct reading *r, uint64_t at, struct spc_error *e
     for (size_t i = 0; i < batch->count; i++) {
         widen(v, batch->xyz[i]);
         store(v, batch->xyz[i], batch->rgba[i], out + i * v->bytes);
+        for (int a = 0; a < 3 && v->wide && !v->beyond_float; a++)
+            v->beyond_float = batch->xyz[i][a] != (double)(float)batch->xyz[i][a];
     }
     if (v->table != NULL)
         return SPC_OK;

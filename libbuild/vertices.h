@@ -18,6 +18,7 @@ struct spb_vertices {
     uint64_t off;                   /* of the table in the file, in one piece */
     double min[3], max[3];          /* of the finite vertices; min > max when there is none */
     uint64_t non_finite;
+    bool beyond_float;              /* some coordinate is none that a float can hold */
 };
 
 /*

@@ -60,7 +60,7 @@ static void walk(size_t file_bytes, size_t step)
     struct spb_bytes b;
     size_t off = 0;
 
-    ck_assert_int_eq(spb_bytes_open(&b, scan_path, NULL), SPC_OK);
+    ck_assert_int_eq(spb_bytes_open(&b, scan_path, NULL, NULL, NULL), SPC_OK);
     ck_assert_uint_eq(b.file_bytes, file_bytes);
     while (off < file_bytes) {
         const size_t want = file_bytes - off < step ? file_bytes - off : step;
@@ -109,7 +109,7 @@ START_TEST(seeks_go_anywhere)
     struct spb_bytes b;
 
     write_pattern(700001);
-    ck_assert_int_eq(spb_bytes_open(&b, scan_path, NULL), SPC_OK);
+    ck_assert_int_eq(spb_bytes_open(&b, scan_path, NULL, NULL, NULL), SPC_OK);
     for (size_t i = 0; i < sizeof offs / sizeof *offs; i++) {
         spb_bytes_seek(&b, offs[i]);
         ck_assert_int_eq(spb_bytes_need(&b, 1, NULL), SPC_OK);
@@ -140,7 +140,7 @@ START_TEST(a_failed_read_names_errno_and_byte)
 
     write_pattern(600000);
     fault.fail_at = 2;
-    ck_assert_int_eq(spb_bytes_open(&b, scan_path, &err), SPC_OK);
+    ck_assert_int_eq(spb_bytes_open(&b, scan_path, NULL, NULL, &err), SPC_OK);
     ck_assert_int_eq(spb_bytes_need(&b, 1, &err), SPC_OK);
     spb_bytes_skip(&b, spb_bytes_have(&b));
     ck_assert_int_eq(spb_bytes_need(&b, 1, &err), SPC_IO);
@@ -156,7 +156,7 @@ START_TEST(a_file_cut_short_while_it_is_read_just_ends)
 
     write_pattern(600000);
     fault.shrink_at = 2;
-    ck_assert_int_eq(spb_bytes_open(&b, scan_path, NULL), SPC_OK);
+    ck_assert_int_eq(spb_bytes_open(&b, scan_path, NULL, NULL, NULL), SPC_OK);
     ck_assert_int_eq(spb_bytes_need(&b, 1, NULL), SPC_OK);
     spb_bytes_skip(&b, SPB_BYTES_WINDOW - 4);
     ck_assert_int_eq(spb_bytes_need(&b, 100, NULL), SPC_OK);
@@ -172,16 +172,16 @@ START_TEST(only_regular_files_are_opened)
     struct spb_bytes b;
     struct spc_error err = { 0 };
 
-    ck_assert_int_eq(spb_bytes_open(&b, scan_folder, &err), SPC_INPUT_FORMAT);
+    ck_assert_int_eq(spb_bytes_open(&b, scan_folder, NULL, NULL, &err), SPC_INPUT_FORMAT);
     ck_assert_ptr_nonnull(strstr(err.what, "directory"));
     ck_assert_int_eq(b.fd, -1);
     err = (struct spc_error){ 0 };
     ck_assert_int_eq(mkfifo(scan_path, 0600), 0);
-    ck_assert_int_eq(spb_bytes_open(&b, scan_path, &err), SPC_INPUT_FORMAT);    /* and at once */
+    ck_assert_int_eq(spb_bytes_open(&b, scan_path, NULL, NULL, &err), SPC_INPUT_FORMAT);    /* and at once */
     ck_assert_ptr_nonnull(strstr(err.what, "pipe"));
     ck_assert_int_eq(unlink(scan_path), 0);
     err = (struct spc_error){ 0 };
-    ck_assert_int_eq(spb_bytes_open(&b, scan_path, &err), SPC_IO);
+    ck_assert_int_eq(spb_bytes_open(&b, scan_path, NULL, NULL, &err), SPC_IO);
     ck_assert_int_eq(err.os_errno, ENOENT);
 }
 END_TEST

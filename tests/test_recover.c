@@ -169,11 +169,11 @@ static void expect_refused(const struct patient *p, enum spc_status status)
     struct spb_build_options o = rescue_options(p);
     struct spb_build_report report;
     struct spc_error err = {0};
-    bool in_scan = false;
+    const char *file = NULL;
     o.out = case_path("none.spc");
     o.salvage = false;
-    ck_assert_int_eq(spb_build(&o, &report, &in_scan, &err), status);
-    ck_assert(in_scan);
+    ck_assert_int_eq(spb_build(&o, &report, &file, &err), status);
+    ck_assert_ptr_eq(file, o.scan);
     ck_assert_str_ne(err.what, "");
 }
 

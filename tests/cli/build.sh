@@ -140,7 +140,6 @@ for tool in spc-build spc-info spc-render; do
     expect 2 ".*'--nonsense' is no option.*" "$tools/$tool" --nonsense
 done
 expect 2 '.*--memory takes.*' "$tools/spc-build" --memory 1M "$scan" -o "$folder/e.spc"
-expect 2 '.*one scan at a time.*' "$tools/spc-build" "$scan" "$scan" -o "$folder/e.spc"
 expect 2 '.*no output is named.*' "$tools/spc-build" "$scan"
 expect 2 '.*--codec takes.*' "$tools/spc-build" --codec lzma "$scan" -o "$folder/e.spc"
 absent "$folder/e.spc"
