@@ -72,11 +72,11 @@ static int fail_plain(const char *file, enum spc_status status, const char *what
 }
 
 /* The end of a run with --json. */
-static int print_json(json_t *out)
+static int print_json(const char *of, json_t *out)
 {
     char *text = meta_text(out, JSON_INDENT(2));
     if (text == NULL)
-        return fail_plain(NULL, SPC_NO_MEMORY, "what is complete is complete, but no memory for the summary");
+        return fail_plain(of, SPC_NO_MEMORY, "the archive is complete, but no memory for the summary");
     puts(text);
     free(text);
     return EXIT_DONE;
@@ -91,11 +91,11 @@ static int build_one(struct build_run *a, const struct build_scans *scans)
     a->build.more_count = (uint32_t)scans->count - 1;
     a->build.facts = calloc(scans->count, sizeof *a->build.facts);
     if (a->build.facts == NULL)
-        return fail_plain(NULL, SPC_NO_MEMORY, "no memory for the list of scans");
+        return fail_plain(a->build.scan, SPC_NO_MEMORY, "no memory for the list of scans");
     cli_progress_begin(a->progress, a->build.scan, 0, 0);
     int code = build_archive(a, &r, &err) == SPC_OK ? EXIT_DONE : EXIT_FAILED;
     if (code == EXIT_DONE && a->json)
-        code = print_json(build_json(&r));
+        code = print_json(a->build.out, build_json(&r));
     if (code == EXIT_DONE && !a->quiet)
         build_print_summary(&r);
     free(a->build.facts);
@@ -251,7 +251,7 @@ static int build_batch(struct batch *b)
         free(target);
     }
     if (a->json)
-        code = print_json(batch_json(b));
+        code = print_json(a->out_dir, batch_json(b));
     if (!a->quiet || b->failed_count > 0)
         print_batch(b, stopped);
     return b->failed_count > 0 ? EXIT_FAILED : code;
