@@ -12,6 +12,7 @@
  * each entry, because equal blocks may be there twice with right. A leaf block counts once it has
  * been decoded, so that the passes need not fail.
  */
+#define _DEFAULT_SOURCE             /* madvise */
 #include "spc_source.h"
 
 #include "bytes.h"
@@ -22,6 +23,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 /* Looking a strange block up passes the whole directory. In all so many entries: seconds. */
 static const uint64_t LOOKUPS_MAX = (uint64_t)1 << 29;
@@ -76,6 +78,20 @@ static enum spc_status decode(struct spc *s, struct spc_error *err)
     return spc_chunk_decode(s->bytes, &s->block, &s->frame, s->payload, err);
 }
 
+/*
+ * Mapped pages count as memory of the process, however clean; with a page the system maps its
+ * neighbours too. Advice only.
+ */
+static void let_go(const struct spc *s, uint64_t begin, uint64_t end)
+{
+    enum { NEIGHBOURS = 128 << 10 };
+    const uint64_t page = (uint64_t)sysconf(_SC_PAGESIZE);
+    begin = begin > NEIGHBOURS ? begin - NEIGHBOURS : 0;
+    begin -= begin % page;
+    end = end + NEIGHBOURS < s->size ? end + NEIGHBOURS : s->size;
+    (void)madvise((void *)(s->bytes + begin), (size_t)(end - begin), MADV_DONTNEED);
+}
+
 static enum spc_status load_next(struct spc *s, struct spc_error *err)
 {
     const uint64_t off = s->off[s->next];
@@ -84,6 +100,7 @@ static enum spc_status load_next(struct spc *s, struct spc_error *err)
         s->block.kind != SPC_BLOCK_LEAF || !is_like(s, &s->frame))
         return spc_fail(err, SPC_CHECKSUM, off, "checksum of a block does not match");
     const enum spc_status status = decode(s, err);
+    let_go(s, off, off + spc_block_chunk_bytes(&s->block));
     s->loaded = status == SPC_OK;
     s->row = 0;
     s->next++;
@@ -213,8 +230,10 @@ static enum spc_status search(struct spc *s, const struct spb_progress *progress
     enum spc_status status = SPC_OK;
     uint64_t at = 0;
     while (status == SPC_OK && spc_chunk_find(s->bytes, s->size, &at, &s->block, &s->frame)) {
+        const uint64_t begin = at;
         status = take_chunk(s, err);
         at += spc_block_chunk_bytes(&s->block);
+        let_go(s, begin, at);
         if (status == SPC_OK && spb_progress_tell(progress, "search", at, s->size))
             status = spc_fail(err, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
     }
