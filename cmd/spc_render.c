@@ -16,8 +16,7 @@
 
 static const char HELP[] =
     "usage: spc-render [options] FILE -o OUT.png\n"
-    "Draws an .spc archive into a PNG, without a display. Without a camera the whole model is\n"
-    "framed.\n"
+    "Draws an .spc archive into a PNG, without a display; the whole model by default.\n"
     "\n"
     "  -o, --output FILE      the picture\n"
     "      --size WxH         pixels (default 1024x1024)\n"
