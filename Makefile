@@ -1,6 +1,5 @@
 # make help lists the targets.
 CONFIG ?= release
-PREFIX ?= /usr/local
 CC ?= cc
 CXX ?= c++
 PKG_CONFIG ?= pkg-config
@@ -14,7 +13,7 @@ CFLAGS_tsan := -O1 -g -fsanitize=thread
 CFLAGS_fuzz := $(CFLAGS_asan) -fsanitize=fuzzer-no-link
 # -ffp-contract=off: stored values must not depend on whether a machine has fused operations.
 # -fno-trapping-math, -fno-math-errno: change no value, but let loops with conditions become vectors.
-FLAGS := -D_POSIX_C_SOURCE=200809L -D_FILE_OFFSET_BITS=64 -ffp-contract=off -fno-trapping-math -fno-math-errno -pthread -MMD -MP \
+FLAGS := -D_POSIX_C_SOURCE=200809L -D_FILE_OFFSET_BITS=64 -ffile-prefix-map=$(CURDIR)=. -ffp-contract=off -fno-trapping-math -fno-math-errno -pthread -MMD -MP \
 	-Wall -Wextra -Wconversion -Wshadow $(if $(WERROR),-Werror) -Iformat -Ilibbuild -Iviewer -Icmd -Itests -Itests/fuzz
 ALL_CFLAGS = -std=c11 $(FLAGS) -Wstrict-prototypes $(or $(CFLAGS_$(CONFIG)),$(CFLAGS))
 ALL_CXXFLAGS = -std=c++17 $(FLAGS) -Wno-conversion -Wno-shadow -Wno-maybe-uninitialized $(or $(CFLAGS_$(CONFIG)),$(CFLAGS))
@@ -40,7 +39,7 @@ BINARIES := $(addprefix $(B)/,$(subst _,-,$(TOOLS))) $(B)/gen-scan
 Q := $(if $(V),,@)
 say := @echo "  "
 
-.PHONY: all demo check tests fuzz fuzzers flips conformance soak asan tsan bench decisions deps deps-check format tidy layers install clean help
+.PHONY: all demo check tests fuzz fuzzers flips conformance soak asan tsan bench decisions deps deps-check format tidy layers install uninstall deb clean help
 .SECONDARY:                     # keep objects
 all: $(BINARIES)                ## the tools, into build/release/
 
@@ -130,6 +129,12 @@ flips: $(B)/tests/test_flips   ## turn FLIPS=20000 bits in larger archives, each
 	SPC_FLIPS=$(FLIPS) SPC_FLIPS_TRIANGLES=20000 $<
 
 soak: ; @$(MAKE) -s deps-check && $(MAKE) -j$$(nproc) all tests && scripts/soak $(B)   ## faults of the system, all of them, some twenty minutes (SPC_SEED=N)
+
+# Folders come from the environment or the command line; scripts/install has their defaults.
+install: all $(B)/libspc.a      ## tools, library, manual pages, completions: PREFIX=/usr/local DESTDIR= BINDIR= LIBDIR= MANDIR= ...
+	@scripts/install $(B) $(subst _,-,$(TOOLS))
+uninstall: ; @scripts/install --remove $(B) $(subst _,-,$(TOOLS))   ## removes them, given the same folders
+deb: ; @scripts/install_deps build deb && $(MAKE) -j$$(nproc) all $(B)/libspc.a && scripts/deb $(B) $(subst _,-,$(TOOLS))  ## Debian packages, into build/deb/
 
 asan: ; $(MAKE) CONFIG=asan CK_FORK=no check                     ## check under address and undefined behaviour sanitizers
 tsan: ; $(MAKE) CONFIG=tsan check                     ## check under the thread sanitizer

@@ -387,8 +387,8 @@ void spc_vertex_decode(const struct spc_reader *reader, const struct spc_block *
 
 /* ---- parent relation (spec section 7) ------------------------------------------------------- */
 
-enum { SPC_PARENT_OWNER = 0xFFFFFFFFu };    /* the parent is the owner, in the parent cluster */
-enum { SPC_NO_CHILD_CLUSTER = 0xFFFFFFFFu };
+#define SPC_PARENT_OWNER UINT32_MAX         /* the parent is the owner, in the parent cluster */
+#define SPC_NO_CHILD_CLUSTER UINT32_MAX
 
 /*
  * A whole cluster with its parent relation. Node numbers count through the cluster's inner nodes
