@@ -290,10 +290,17 @@ bool cli_progress_mode(const char *word, enum cli_progress_mode *mode)
     return false;
 }
 
+/* A line that is drawn again and again needs a terminal that can erase it; an editor's shell cannot. */
+static bool can_erase(void)
+{
+    const char *term = getenv("TERM");
+    return isatty(STDERR_FILENO) && term != NULL && *term != '\0' && strcmp(term, "dumb") != 0;
+}
+
 void cli_progress_begin(enum cli_progress_mode mode, const char *file, size_t number, size_t of)
 {
     if (mode == CLI_PROGRESS_AUTO)
-        mode = isatty(STDERR_FILENO) ? CLI_PROGRESS_AUTO : CLI_PROGRESS_NEVER;
+        mode = can_erase() ? CLI_PROGRESS_AUTO : CLI_PROGRESS_NEVER;
     progress.mode = mode;
     progress.file = file;
     progress.number = number;

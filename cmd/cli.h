@@ -63,8 +63,8 @@ struct cli_share {
 
 /*
  * Shows phases as they advance, with rate and, by the table of shares, the time that is left: on a
- * terminal one line, first after a second, then five times a second; always: a line a change;
- * json: an object a line on stderr. number, of: of the files of a batch, or 0.
+ * terminal that can erase it one line, first after a second, then five times a second; always: a line
+ * a change; json: an object a line on stderr. number, of: of the files of a batch, or 0.
  */
 void cli_progress_begin(enum cli_progress_mode mode, const char *file, size_t number, size_t of);
 
