@@ -1,7 +1,7 @@
 # progress is for terminals, and nothing of it stays: terminal.sh BUILD
 . tests/cli/shared/begin.sh
 needs python3
-"$tools/gen-scan" --triangles 200000 --shape statue -o "$folder/scan.ply" 2>/dev/null
+"$tools/gen-scan" --triangles 100000 --shape statue -o "$folder/scan.ply" 2>/dev/null
 
 run() { # NAME TERM OPTION...: "-" is no terminal, but a pipe
     name=$1

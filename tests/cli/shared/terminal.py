@@ -41,6 +41,7 @@ def hold(child, scan):
     while not has_open(child, scan):
         if time.monotonic() > end or os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT):
             return False
+        time.sleep(0.0005)
     os.kill(child, signal.SIGSTOP)
     time.sleep(1.1)
     os.kill(child, signal.SIGCONT)
