@@ -22,7 +22,7 @@ static const char HELP[] =
     "      --size WxH         pixels (default 1024x1024)\n"
     "      --orbit AZ,EL[,DIST]   degrees around the model's middle; 0,0 is the front\n"
     "      --eye X,Y,Z --target X,Y,Z   a free camera\n"
-    "      --up X,Y,Z         vertical axis (default: as the archive says, else 0,1,0)\n"
+    "      --up X,Y,Z         vertical axis (default: the archive's, else 0,1,0)\n"
     "      --fov DEG          vertical field of view (default 45)\n"
     "      --eps PX           accepted error on screen (default 1)\n"
     "      --mode hybrid|points|triangles   (default hybrid)\n"
