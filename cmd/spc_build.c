@@ -10,19 +10,19 @@
 static const char HELP[] =
     "usage: spc-build [options] SCAN... -o OUT.spc       one archive of all scans\n"
     "       spc-build [options] SCAN... --out-dir DIR    one archive each\n"
-    "SCAN is a PLY, OBJ, STL or OFF file, an .spc archive, a folder of scans, or - for\n"
-    "standard input. What a file is, its content says.\n"
+    "SCAN is a PLY, OBJ, STL or OFF file, an .spc archive, a folder of scans, or -\n"
+    "for standard input. What a file is, its content says.\n"
     "\n"
     "  -o, --output FILE       the archive; not overwritten without --force\n"
-    "      --out-dir DIR       the folder of the archives; a failed scan stops no other\n"
+    "      --out-dir DIR       the folder of the archives; a failed scan stops none\n"
     "      --list FILE         more scans, one a line (- for standard input)\n"
     "      --force             replace archives, once the new ones are complete\n"
     "      --memory SIZE       memory for building: K M G (default 1G, at least 64M)\n"
     "      --temp DIR          folder of temporary files (default: beside the output)\n"
-    "      --strict            fail when a face cannot be used, instead of dropping it\n"
+    "      --strict            fail if a face cannot be used, instead of dropping it\n"
     "      --offset X,Y,Z --scale S --up AXIS --unit NAME --crs EPSG:N\n"
     "                          where the scan lies in the world: kept in the archive\n"
-    "      --progress MODE     auto, always, never or json     -q, --quiet  no summary\n"
+    "      --progress MODE     auto, always, never or json    -q, --quiet  no summary\n"
     "      --json              the summary as JSON on standard output\n"
     "  -h, --help[=all]        this, or all options             -V, --version\n"
     "\n"
@@ -34,17 +34,17 @@ static const char HELP[] =
 static const char HELP_MORE[] =
     "\n"
     "      --threads N         threads (default: all cores)\n"
-    "      --update            with --out-dir: pass over scans older than their archive\n"
+    "      --update            with --out-dir: pass over scans older than theirs\n"
     "      --no-triangles      points only: smaller, but blurred near the eye\n"
-    "      --cull auto|none|back   are back faces never seen? auto: if the surface is closed\n"
-    "      --error bound|paper     errors as proved bounds, or as the thesis defines them\n"
+    "      --cull auto|none|back   are back faces never seen? auto: if it is closed\n"
+    "      --error bound|paper     errors as proved bounds, or as in the thesis\n"
     "      --codec raw|zstd[:LEVEL]    how blocks are stored (default zstd:1)\n"
     "      --cluster-nodes N   most nodes a cluster (default 28672)\n"
     "      --block-nodes N     most nodes a block (default 32768)\n"
-    "      --normal-clusters N directions nodes are grouped by, 1 to 128 (default: 128\n"
-    "                          when closed, else 1)\n"
-    "      --up takes x, y, z, -x, -y or -z; --unit m, dm, cm, mm, um, km, in, ft, yd or\n"
-    "      us-ft. world = scale * coordinate + offset, in the unit and CRS named.\n";
+    "      --normal-clusters N directions nodes are grouped by, 1 to 128\n"
+    "                          (default: 128 when closed, else 1)\n"
+    "      --up takes x, y, z, -x, -y or -z; --unit m, dm, cm, mm, um, km, in, ft,\n"
+    "      yd or us-ft. world = scale * coordinate + offset, in unit and CRS named.\n";
 
 enum { OPT_MEMORY = 256, OPT_THREADS, OPT_TEMP, OPT_FORCE, OPT_STRICT, OPT_NO_TRIANGLES, OPT_CULL,
        OPT_ERROR, OPT_CODEC, OPT_CLUSTER_NODES, OPT_BLOCK_NODES, OPT_NORMAL_CLUSTERS, OPT_PROGRESS,
@@ -224,6 +224,8 @@ int main(int argc, char **argv)
     opterr = 0;
     while ((c = getopt_long(argc, argv, "o:qhV", LONG, NULL)) != -1) {
         if (c == 'h') {
+            if (optarg != NULL && strcmp(optarg, "all") != 0)
+                return cli_usage("--help takes all, or nothing, not '%s'", optarg);
             fputs(HELP, stdout);
             if (optarg != NULL)
                 fputs(HELP_MORE, stdout);
