@@ -99,6 +99,8 @@ $(B)/tests/faults_%: $(call obj,tests/faults/faults_%.c tests/faults/faults_run.
 # Programs that measure: a file each in tests/bench/, built only for it. select and count need no GL.
 $(B)/bench-bandwidth: $(call obj,tests/bench/bandwidth.c)
 	$(LINK)
+$(B)/bench-read: $(call obj,tests/bench/read.c) $(B)/libspb.a $(B)/libspc.a
+	$(LINK) $(LIBS_build)
 $(B)/bench-%: $(call obj,tests/bench/%.c) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_format)
 bench: ; @scripts/install_deps build bench && $(MAKE) -j$$(nproc) all $(B)/bench-decode $(B)/bench-bandwidth && scripts/bench $(B) $(SCAN) && scripts/scaling $(B)  ## cost of the codecs, on a generated scan (SCAN=path: and on that one), and of larger scans (SCALING="1 10" million triangles)

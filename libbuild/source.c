@@ -11,6 +11,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "obj.h"
 #include "ply.h"
 #include "source_int.h"
 #include "spc_source.h"
@@ -20,6 +21,7 @@ enum { SNIFF_BYTES = 512 };
 static const struct spb_format *const formats[] = {
     &spb_ply_format,
     &spb_spc_format,
+    &spb_obj_format,
 };
 
 enum { FORMAT_COUNT = sizeof formats / sizeof *formats };
