@@ -19,7 +19,7 @@ ALL_CFLAGS = -std=c11 $(FLAGS) -Wstrict-prototypes $(or $(CFLAGS_$(CONFIG)),$(CF
 ALL_CXXFLAGS = -std=c++17 $(FLAGS) -Wno-conversion -Wno-shadow -Wno-maybe-uninitialized $(or $(CFLAGS_$(CONFIG)),$(CFLAGS))
 
 LIBS_format := -lzstd -lxxhash -lm
-LIBS_build := $(LIBS_format) -luv -lm
+LIBS_build := $(LIBS_format) -luv -lpng -ljpeg -lm
 LIBS_viewer := $(LIBS_format) -lOSMesa -lpng
 LIBS_cmd := -ljansson
 LIBS_test := -lcheck -lsubunit -lrt

@@ -95,7 +95,7 @@ static const char *scan_name(const struct build *b, uint32_t i)
 
 static enum spc_status open_scan(struct build *b, struct spc_error *err)
 {
-    const struct spb_source_options in = {&b->progress, &b->temp};
+    const struct spb_source_options in = {.progress = &b->progress, .temp = &b->temp};
     const char *name = scan_name(b, b->scan_count);
     struct spb_source **out = &b->scans[b->scan_count];
     const enum spc_status status = b->options->salvage ? spb_source_salvage(name, &in, out, err)
@@ -170,7 +170,7 @@ static uint64_t open_scans_bytes(const struct build *b)
 static enum spc_status make_budget(struct build *b, struct spc_error *err)
 {
     const struct spb_source_info *info = spb_source_info(b->source);
-    const struct spb_record_format format = spb_record_format(info->wide, info->colors);
+    const struct spb_record_format format = spb_record_format(info->wide, spb_source_colored(info));
     const struct spb_budget_input in = {
         .memory = b->options->memory - open_scans_bytes(b),
         .threads = b->options->threads ? b->options->threads : spb_pool_cores(),
@@ -286,7 +286,7 @@ static enum spc_status distribute(struct build *b, struct spb_vertex_cache *cach
                                   struct spc_error *err)
 {
     const struct spb_record_format format =
-        spb_record_format(b->vertices.wide, b->vertices.colors);
+        spb_record_format(b->vertices.wide, spb_source_colored(spb_source_info(b->source)));
     const struct spb_faces_input in = {b->source, &b->vertices, cache, b->corners, &b->space,
                                        reading_threads(b), &b->progress};
     const uint64_t memory = b->budget.buffers - cache_memory(b);

@@ -129,6 +129,7 @@ static void add_info(const struct spb_source_info *member, struct spb_source_inf
     sum->vertex_count += member->vertex_count;
     sum->face_count += member->strips ? 2 * member->vertex_count : member->face_count;
     sum->colors |= member->colors;
+    sum->corner_colors |= member->corner_colors;
     sum->wide |= member->wide;
     sum->by_place |= member->by_place;
     sum->file_bytes += member->file_bytes;

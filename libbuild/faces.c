@@ -63,17 +63,23 @@ static bool finite_vertex(const struct spb_vertices *v, const uint8_t *vertex)
     return isfinite(xyz[0]) && isfinite(xyz[1]) && isfinite(xyz[2]);
 }
 
-/* The bytes of a vertex are those of a corner in a record: coordinates first, colours last. */
-static void store_record(const struct spb_vertices *v, const uint8_t vertex[3][28], uint8_t *record)
+/*
+ * The bytes of a vertex are those of a corner in a record: coordinates first, colours last. The
+ * corners' own colours, if any (else NULL), come first; with neither they are white.
+ */
+static void store_record(const struct spb_vertices *v, const uint8_t vertex[3][28],
+                         const uint8_t (*rgba)[4], bool colors, uint8_t *record)
 {
+    static const uint8_t white[4] = {255, 255, 255, 255};
     const uint32_t xyz_bytes = v->wide ? 24 : 12;
     for (uint32_t k = 0; k < 3; k++)
         memcpy(record + k * xyz_bytes, vertex[k], xyz_bytes);
-    for (uint32_t k = 0; k < 3 && v->colors; k++)
-        memcpy(record + 3 * xyz_bytes + 4 * k, vertex[k] + xyz_bytes, 4);
+    for (uint32_t k = 0; k < 3 && colors; k++)
+        memcpy(record + 3 * xyz_bytes + 4 * k, rgba ? rgba[k] : v->colors ? vertex[k] + xyz_bytes : white, 4);
 }
 
-static void keep_face(const struct spb_vertices *v, uint32_t record_bytes, struct job *job, size_t i)
+static void keep_face(const struct spb_vertices *v, const struct spb_record_format *format,
+                      struct job *job, size_t i)
 {
     const uint8_t (*vertex)[28] = (const uint8_t(*)[28])job->vertices[i];
     const uint64_t *corner = job->batch.corner[i];
@@ -91,7 +97,8 @@ static void keep_face(const struct spb_vertices *v, uint32_t record_bytes, struc
     }
     for (int k = 0; k < 3; k++)
         job->edge_sum += edge_hash(name[k], name[(k + 1) % 3]);
-    store_record(v, vertex, job->records + (size_t)job->kept++ * record_bytes);
+    store_record(v, vertex, job->batch.colored ? (const uint8_t(*)[4])job->batch.rgba[i] : NULL, format->colors,
+                 job->records + (size_t)job->kept++ * format->bytes);
 }
 
 static void fetch_ahead(const struct spb_vertices *v, const uint64_t corner[3])
@@ -161,7 +168,7 @@ static enum spc_status work_batch(void *ctx, size_t slot, struct spc_error *err)
         }
         for (int k = 0; k < 3 && v->table != NULL; k++)
             memcpy(job->vertices[i][k], v->table + corner[k] * v->bytes, v->bytes);
-        keep_face(v, r->out->format.bytes, job, i);
+        keep_face(v, &r->out->format, job, i);
     }
     spb_record_keys(&r->out->format, r->in->space, job->records, job->kept, job->keys);
     spb_survey_measure(&r->out->format, r->in->space, job->records, job->kept, &job->measures,

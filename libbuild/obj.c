@@ -90,6 +90,12 @@ static enum spc_status count_line(struct obj *o, enum obj_keyword keyword, struc
     case OBJ_FACE:
         o->face_count++;
         return SPC_OK;
+    case OBJ_UV:
+        o->uv_count++;
+        return SPC_OK;
+    case OBJ_MATERIAL:
+    case OBJ_LIBRARY:
+        return spb_obj_paint_name(o, keyword, err);
     case OBJ_LINE:
         o->lines++;
         return SPC_OK;
@@ -118,7 +124,7 @@ static enum spc_status count_all(struct obj *o, uint64_t *known, struct spc_erro
         b->pos += 3;
     while (status == SPC_OK) {
         bool more;
-        struct obj_range here = {.line = t->line, .vertices = o->vertex_count};
+        struct obj_range here = {.line = t->line, .vertices = o->vertex_count, .uvs = o->uv_count};
         enum obj_keyword keyword = OBJ_PASSED;
         here.off = spb_bytes_off(b);
         status = obj_to_word(t, &more, err);
@@ -134,6 +140,8 @@ static enum spc_status count_all(struct obj *o, uint64_t *known, struct spc_erro
         here.end = spb_bytes_off(b);
         if (keyword == OBJ_VERTEX)
             spb_obj_note(&o->vertex_lines, &here);
+        else if (keyword == OBJ_UV)
+            spb_obj_note(&o->uv_lines, &here);
         else if (keyword == OBJ_FACE || keyword == OBJ_MATERIAL)
             spb_obj_note(&o->face_lines, &here);
     }
@@ -150,7 +158,7 @@ void spb_obj_begin_pass(struct obj *o, const struct obj_ranges *ranges)
     o->in_range = false;
     o->pass_bytes = 0;
     o->row = 0;
-    o->vertices_before = 0;
+    o->vertices_before = o->uvs_before = 0;
     o->in_face = false;
 }
 
@@ -160,6 +168,7 @@ static void enter_range(struct obj *o)
     spb_bytes_seek(o->text.bytes, r->off);
     o->text.line = r->line;
     o->vertices_before = r->vertices;
+    o->uvs_before = r->uvs;
     o->range_off = r->off;
     o->in_range = true;
 }
@@ -211,6 +220,7 @@ static enum spc_status obj_begin_faces(void *state, struct spc_error *err)
     struct obj *const o = state;
     (void)err;
     spb_obj_begin_pass(o, &o->face_lines);
+    spb_obj_paint_begin(o);
     return SPC_OK;
 }
 
@@ -233,6 +243,7 @@ static enum spc_status obj_faces(void *state, struct spb_face_batch *out, struct
     out->faces_in = out->split_extra = out->faces_short = 0;
     if (o->failed != SPC_OK)
         return refuse_failed(o, err);
+    out->colored = o->paint != NULL;
     return o->failed = spb_obj_faces(o, out, err);
 }
 
@@ -249,7 +260,7 @@ static void add_remark(struct obj *o, const char *fmt, ...) __attribute__((forma
 static void add_remark(struct obj *o, const char *fmt, ...)
 {
     const size_t length = strlen(o->remark);
-    char text[160];
+    char text[240];
     va_list args;
 
     va_start(args, fmt);
@@ -273,11 +284,15 @@ static const char *obj_remark(void *state)
                    o->unknown, o->first_unknown);
     if (o->spare > 0)
         add_remark(o, "%" PRIu64 " vertices have spare values", o->spare);
-    if (o->colored > 0 && o->colored < o->vertex_count)
+    if (o->colored > 0 && o->paint)
+        add_remark(o, "the colours of vertices are not used, those of textures are");
+    else if (o->colored > 0 && o->colored < o->vertex_count)
         add_remark(o, "%" PRIu64 " of %" PRIu64 " vertices have no colour and are white",
                    o->vertex_count - o->colored, o->vertex_count);
-    if (o->colored > 0 && o->color_full > 1)
+    if (o->colored > 0 && !o->paint && o->color_full > 1)
         add_remark(o, "colours reach %g and are taken as 0 to %.0f", o->color_max, o->color_full);
+    if (o->paint_remark[0])
+        add_remark(o, "%s", o->paint_remark);
     return o->remark;
 }
 
@@ -285,7 +300,15 @@ static const char *obj_remark(void *state)
 
 static void obj_close(void *state)
 {
-    free(state);
+    struct obj *const o = state;
+    spb_obj_paint_free(o->paint);
+    free(o);
+}
+
+static void obj_pause(void *state)
+{
+    struct obj *const o = state;
+    spb_obj_paint_pause(o->paint);
 }
 
 static enum spc_status obj_open(struct spb_bytes *bytes, const struct spb_source_options *options,
@@ -301,6 +324,8 @@ static enum spc_status obj_open(struct spb_bytes *bytes, const struct spb_source
     if (status == SPC_OK && known == 0)
         status = spc_fail(err, SPC_INPUT_FORMAT, SPC_NO_OFF,
                           "not a scan in a known format: no line begins with a keyword of OBJ");
+    if (status == SPC_OK)
+        status = spb_obj_paint_prepare(o, options, err);
     if (status != SPC_OK) {
         obj_close(o);
         return status;
@@ -310,7 +335,8 @@ static enum spc_status obj_open(struct spb_bytes *bytes, const struct spb_source
     info->format = "obj";
     info->vertex_count = o->vertex_count;
     info->face_count = o->face_count;
-    info->colors = o->colored > 0;
+    info->colors = o->colored > 0 && !o->paint;
+    info->corner_colors = o->paint != NULL;
     info->wide = o->wide;
     *state = o;
     return SPC_OK;
@@ -321,6 +347,7 @@ const struct spb_format spb_obj_format = {
     .sniff = spb_obj_sniff,
     .open = obj_open,
     .close = obj_close,
+    .pause = obj_pause,
     .begin_vertices = obj_begin_vertices,
     .begin_faces = obj_begin_faces,
     .vertices = obj_vertices,

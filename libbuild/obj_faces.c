@@ -39,31 +39,42 @@ static const uint8_t *take_corner(const struct obj_text *t, const uint8_t *p, in
     return p && *p == '/' ? take_index(p + 1, &index[2]) : p;
 }
 
-static uint64_t corner_of(const struct obj *o, int64_t index)
+/* What an index names, counted from 0, where before of its kind come before the line. */
+static uint64_t number_of(int64_t index, uint64_t before)
 {
     if (index > 0)
         return (uint64_t)index - 1;
-    if (index == 0 || (uint64_t)-index > o->vertices_before)
+    if (index == 0 || (uint64_t)-index > before)
         return SPB_BAD_INDEX;
-    return o->vertices_before - (uint64_t)-index;
+    return before - (uint64_t)-index;
 }
 
-static void add_corner(struct obj *o, const int64_t index[3], struct spb_face_batch *out)
+static enum spc_status add_corner(struct obj *o, const int64_t index[3], struct spb_face_batch *out,
+                                  struct spc_error *err)
 {
-    const uint64_t corner = corner_of(o, index[0]);
+    const uint64_t corner = number_of(index[0], o->vertices_before);
+    const uint64_t uv[3] = {o->first_uv, o->last_uv, number_of(index[1], o->uvs_before)};
+    enum spc_status status = SPC_OK;
 
     if (o->run >= 2) {
-        uint64_t *const triangle = out->corner[out->count++];
+        uint64_t *const triangle = out->corner[out->count];
         triangle[0] = o->first;
         triangle[1] = o->last;
         triangle[2] = corner;
+        if (o->paint)
+            status = spb_obj_paint_triangle(o, uv, out->rgba[out->count], err);
+        out->count++;
         out->faces_in += o->run == 2;
         out->split_extra += o->run > 2;
     }
-    if (o->run == 0)
+    if (o->run == 0) {
         o->first = corner;
+        o->first_uv = uv[2];
+    }
     o->last = corner;
+    o->last_uv = uv[2];
     o->run++;
+    return status;
 }
 
 /* Reads on in the face, no further than the batch has room; passes its line at its end. */
@@ -75,7 +86,7 @@ static enum spc_status read_face(struct obj *o, struct spb_face_batch *out, stru
     bool more;
 
     while (out->count < SPB_BATCH_MAX) {
-        const enum spc_status status = obj_to_word(t, &more, err);
+        enum spc_status status = obj_to_word(t, &more, err);
         if (status != SPC_OK)
             return status;
         if (!more)
@@ -84,7 +95,9 @@ static enum spc_status read_face(struct obj *o, struct spb_face_batch *out, stru
         if (!p || !obj_word_ends(t, p))
             return spb_obj_fail_word(t, "a corner of a face", err);
         b->pos = (size_t)(p - b->buf);
-        add_corner(o, index, out);
+        status = add_corner(o, index, out, err);
+        if (status != SPC_OK)
+            return status;
     }
     if (out->count == SPB_BATCH_MAX)
         return SPC_OK;
@@ -111,7 +124,11 @@ static enum spc_status to_face(struct obj *o, bool *more, struct spc_error *err)
             return SPC_OK;
         }
         o->vertices_before += keyword == OBJ_VERTEX;
-        status = spb_obj_pass_line(&o->text, err);
+        o->uvs_before += keyword == OBJ_UV;
+        if (keyword == OBJ_MATERIAL && o->paint)
+            status = spb_obj_paint_use(o, err);
+        if (status == SPC_OK)
+            status = spb_obj_pass_line(&o->text, err);
         if (status != SPC_OK)
             return status;
     }

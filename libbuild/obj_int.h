@@ -6,12 +6,14 @@
  *   obj_sniff.c     does a file look like OBJ?
  *   obj_vertices.c  v lines
  *   obj_faces.c     f lines: polygons to triangles
+ *   obj_paint.c     materials and textures: colours of corners
  */
 #ifndef SPB_OBJ_INT_H
 #define SPB_OBJ_INT_H
 
 #include <string.h>
 
+#include "mtl.h"
 #include "number.h"
 #include "obj.h"
 
@@ -34,7 +36,7 @@ struct obj_text {
 struct obj_range {
     uint64_t off, end;
     uint64_t line;                      /* number of the first */
-    uint64_t vertices;                  /* v lines before it */
+    uint64_t vertices, uvs;             /* v and vt lines before it */
 };
 
 /* Where lines of one kind lie: few ranges, in order, that others may be among. */
@@ -58,6 +60,13 @@ enum spc_status spb_obj_pass_line(struct obj_text *text, struct spc_error *err);
 
 /* Steps over a backslash and the line end behind it; false: there is none, nothing was passed. */
 bool spb_obj_continues(struct obj_text *text);
+
+/*
+ * The rest of the line from the next word on, without the blanks at its end, as a name of at most
+ * MTL_NAME_MAX bytes. The line is not passed to its end. fails SPC_IO, SPC_CANCELLED
+ */
+enum spc_status spb_obj_name(struct obj_text *text, char name[MTL_NAME_MAX + 1], size_t *length,
+                             struct spc_error *err);
 
 /* "line 7: " and what is wrong with it. The status is TRUNCATED where the file ends in that line. */
 enum spc_status spb_obj_fail_line(const struct obj_text *text, struct spc_error *err,
@@ -131,13 +140,16 @@ enum obj_keyword {                      /* what a line is */
     OBJ_PASSED, OBJ_UNKNOWN
 };
 
+struct obj_paint;
+
 struct obj {
     struct obj_text text;
-    const struct spb_source_info *info;
-    struct obj_ranges vertex_lines, face_lines;         /* the latter with usemtl among them */
+    struct obj_ranges vertex_lines, uv_lines;
+    struct obj_ranges face_lines;       /* with usemtl among them */
+    struct obj_paint *paint;            /* NULL: the file names no material, or none gives colours */
 
     /* found by the counting pass */
-    uint64_t vertex_count, face_count;
+    uint64_t vertex_count, uv_count, face_count;
     uint64_t lines, points, curves, unknown;            /* elements or lines passed over */
     char first_unknown[OBJ_SHOWN_MAX + 4];
     uint64_t colored;                   /* vertices with a colour */
@@ -153,11 +165,13 @@ struct obj {
     bool in_range;
     uint64_t range_off, pass_bytes;     /* start of the range under way; done in those before */
     uint64_t row;                       /* vertices, or faces, delivered */
-    uint64_t vertices_before;           /* v lines before the line under way, in a face pass */
+    uint64_t vertices_before, uvs_before;       /* v, vt lines before this one, in a face pass */
     bool in_face;                       /* between two corners */
     uint64_t run;                       /* corners of it so far */
     uint64_t first, last;               /* corners of it */
-    char remark[400];
+    uint64_t first_uv, last_uv;
+    char paint_remark[200];             /* what is missing of libraries and textures */
+    char remark[600];
 };
 
 /* What the line is whose first word stands at p. */
@@ -181,6 +195,34 @@ enum spc_status spb_obj_next_line(struct obj *obj, bool *more, struct spc_error 
 enum spc_status spb_obj_vertices(struct obj *obj, struct spb_vertex_batch *out,
                                  struct spc_error *err);
 enum spc_status spb_obj_faces(struct obj *obj, struct spb_face_batch *out, struct spc_error *err);
+
+/* ---- obj_paint.c ------------------------------------------------------------------------------ */
+
+/*
+ * In the counting pass, of a line usemtl or mtllib whose keyword is at pos: remembers the name.
+ * fails SPC_NO_MEMORY, SPC_IO, SPC_CANCELLED
+ */
+enum spc_status spb_obj_paint_name(struct obj *obj, enum obj_keyword keyword, struct spc_error *err);
+
+/*
+ * Behind the counting pass: reads libraries and textures, decides whether corners are coloured by
+ * them, and frees what is not needed. What is missing or broken goes into obj->paint_remark.
+ * fails  SPC_NO_MEMORY, SPC_IO (temporary files, or the scan), SPC_CANCELLED
+ */
+enum spc_status spb_obj_paint_prepare(struct obj *obj, const struct spb_source_options *options,
+                                      struct spc_error *err);
+void spb_obj_paint_free(struct obj_paint *paint);
+
+/* Frees what is kept for speed alone, until it is made again. paint may be NULL. */
+void spb_obj_paint_pause(struct obj_paint *paint);
+
+/* In a face pass: from here on no material; the one whose usemtl is at pos. */
+void spb_obj_paint_begin(struct obj *obj);
+enum spc_status spb_obj_paint_use(struct obj *obj, struct spc_error *err);
+
+/* Colours of a triangle with these vt lines, counted from 0; SPB_BAD_INDEX: none. fails SPC_IO */
+enum spc_status spb_obj_paint_triangle(struct obj *obj, const uint64_t uv[3], uint8_t rgba[3][4],
+                                       struct spc_error *err);
 
 bool spb_obj_sniff(const uint8_t *head, size_t head_bytes, uint64_t file_bytes);
 

@@ -131,6 +131,27 @@ bool spb_obj_continues(struct obj_text *t)
     return true;
 }
 
+enum spc_status spb_obj_name(struct obj_text *t, char name[MTL_NAME_MAX + 1], size_t *length,
+                             struct spc_error *err)
+{
+    const struct spb_bytes *const b = t->bytes;
+    bool more;
+    const enum spc_status status = obj_to_word(t, &more, err);
+    const uint8_t *const p = b->buf + b->pos;
+    size_t n = 0;
+
+    *length = 0;
+    if (status != SPC_OK)
+        return status;
+    for (; n < MTL_NAME_MAX && p + n < b->buf + b->end && p[n] != '\n' && p[n] != '\r'; n++) {
+        name[n] = (char)p[n];
+        if (!obj_is_blank(p[n]))
+            *length = n + 1;
+    }
+    name[*length] = 0;
+    return SPC_OK;
+}
+
 /* ---- errors ----------------------------------------------------------------------------------- */
 
 void spb_obj_show(const struct spb_bytes *b, const uint8_t *p, char shown[OBJ_SHOWN_MAX + 4])

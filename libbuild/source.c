@@ -99,19 +99,21 @@ static enum spc_status open_file(const char *path, bool salvage,
                                  const struct spb_source_options *options, struct spb_source **out,
                                  struct spc_error *err)
 {
-    static const struct spb_source_options nothing = {NULL, NULL};
-    options = options ? options : &nothing;
+    struct spb_source_options given = {.path = NULL};
     struct spb_source *source = calloc(1, sizeof *source);
     enum spc_status status;
 
     *out = NULL;
     if (!source)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a scan reader");
-    status = spb_bytes_open(&source->bytes, path, options->temp, options->progress, err);
+    if (options)
+        given = *options;
+    given.path = path;
+    status = spb_bytes_open(&source->bytes, path, given.temp, given.progress, err);
     if (status != SPC_OK)
         goto out;
     source->info.file_bytes = source->bytes.file_bytes;
-    status = open_format(source, salvage, options, err);
+    status = open_format(source, salvage, &given, err);
     if (status != SPC_OK)
         goto out;
     *out = source;
@@ -170,6 +172,8 @@ void spb_source_pause(struct spb_source *source)
 {
     if (source->bytes.fd >= 0)
         spb_bytes_pause(&source->bytes);
+    if (source->format->pause)
+        source->format->pause(source->state);
 }
 
 const struct spb_source_info *spb_source_info(const struct spb_source *source)
@@ -202,6 +206,7 @@ enum spc_status spb_source_vertices(struct spb_source *source, struct spb_vertex
 enum spc_status spb_source_faces(struct spb_source *source, struct spb_face_batch *out,
                                  struct spc_error *err)
 {
+    out->colored = false;
     const enum spc_status status = source->format->faces(source->state, out, err);
     assert(out->count <= SPB_BATCH_MAX);
     if (status != SPC_OK)

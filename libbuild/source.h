@@ -22,6 +22,7 @@ struct spb_source_info {
     uint64_t face_count;                /* so too, faces or strips; 0 when there are none */
     bool strips;                        /* face_count counts triangle strips */
     bool colors;                        /* vertices carry colour; alpha 255 where the file has none */
+    bool corner_colors;                 /* corners of faces do: textures, materials; see colored */
     bool wide;                          /* coordinates need double: declared double or 32-bit int */
     uint64_t file_bytes;
     bool by_place;                      /* vertices in one place are one, whatever their numbers */
@@ -48,16 +49,25 @@ struct spb_vertex_batch {
 struct spb_face_batch {
     size_t count;                       /* triangles; 0: the pass is over */
     uint64_t corner[SPB_BATCH_MAX][3];  /* vertex numbers, not yet checked; or SPB_BAD_INDEX */
+    bool colored;                       /* corners have colours of their own: */
+    uint8_t rgba[SPB_BATCH_MAX][3][4];  /* filled when colored; else those of the vertices count */
     uint64_t faces_in;                  /* faces, or triangles of strips, that begin in this batch */
     uint64_t split_extra;               /* triangles beyond the first of each face */
     uint64_t faces_short;               /* faces of fewer than three corners */
 };
+
+/* Records of its faces have colours. */
+static inline bool spb_source_colored(const struct spb_source_info *info)
+{
+    return info->colors || info->corner_colors;
+}
 
 struct spb_source;
 
 struct spb_source_options {             /* what a reader may use; zeros: nothing */
     const struct spb_progress *progress;        /* of opening, where that reads the file; cancels it */
     struct spb_temp *temp;              /* for what memory should not hold; lives as long as the source */
+    const char *path;                   /* of the scan, beside which others lie; spb_source_open sets it */
 };
 
 /*

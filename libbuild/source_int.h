@@ -21,6 +21,7 @@ struct spb_format {
     enum spc_status (*open)(struct spb_bytes *bytes, const struct spb_source_options *options,
                             struct spb_source_info *info, void **state, struct spc_error *err);
     void (*close)(void *state);
+    void (*pause)(void *state);         /* gives up caches until a pass begins; NULL: there are none */
 
     enum spc_status (*begin_vertices)(void *state, struct spc_error *err);
     enum spc_status (*begin_faces)(void *state, struct spc_error *err);
