@@ -127,7 +127,8 @@ json_t *meta_new(const char *tool, const struct spb_build_options *b,
     json_t *meta = json_pack(
         "{s:{s:s, s:s}, s:{s:s, s:s, s:s, s:b, s:i, s:i, s:i}, s:o}", "generator", "name", tool,
         "version", SPC_TOOL_VERSION, "options", "error", b->paper_error ? "paper" : "bound", "cull",
-        culls[b->cull], "codec", codec, "triangles", (int)b->triangles, "cluster_nodes",
+        culls[b->cull], "codec", codec, "triangles",
+        (header->flags & SPC_FLAG_TRIANGLES) != 0, "cluster_nodes",
         (int)b->cluster_nodes, "block_nodes", (int)b->block_nodes, "normal_clusters",
         (int)header->normal_clusters, "sources", sources);
     json_t *placed = coordinates != NULL ? coordinates_json(coordinates) : NULL;

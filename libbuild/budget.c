@@ -1,5 +1,6 @@
 #include "budget.h"
 
+#include "points.h"
 #include "tree.h"
 
 enum {
@@ -17,6 +18,8 @@ enum {
     PARTS_A_THREAD = 4,             /* keep the cores busy to the end */
     ARCHIVE_BYTES_A_FACE = 3,
 };
+
+_Static_assert((int)PACKING_FIXED >= (int)SPB_POINTS_A_THREAD, "estimating points takes what packing does");
 
 static uint64_t at_least(uint64_t v, uint64_t least)
 {
@@ -40,7 +43,8 @@ static void make_parts(const struct spb_budget_input *in, uint64_t lists, struct
     const uint64_t nodes = at_most(in->cluster_nodes, triangles * 3 / 2 + 1);
     const uint64_t join = TREES_A_JOIN * nodes * (sizeof(struct spb_node) + in->record_bytes * 3 / 4);
     const uint64_t packing = nodes * PACKING_A_NODE + PACKING_FIXED;
-    const uint64_t face = PART_BYTES_A_FACE + in->record_bytes;
+    const uint64_t face = (in->points ? at_least(PART_BYTES_A_FACE, SPB_POINT_BYTES) : PART_BYTES_A_FACE) +
+                          in->record_bytes;
     const uint64_t smallest = packing + PART_FACES_MIN * face;
     out->least = lists + join + smallest;
     uint64_t room = at_least(less(in->memory, lists + join), smallest);
@@ -57,7 +61,8 @@ static void make_parts(const struct spb_budget_input *in, uint64_t lists, struct
 static uint64_t list_bytes(const struct spb_budget_input *in)
 {
     const uint64_t room = in->faces * 5 / 2;
-    return FIXED_BYTES + in->faces / FACES_AN_EXTENT_BYTE + room / in->cluster_nodes * LIST_A_CLUSTER +
+    const uint64_t points = in->points ? spb_points_lists(in->faces) : 0;
+    return FIXED_BYTES + points + in->faces / FACES_AN_EXTENT_BYTE + room / in->cluster_nodes * LIST_A_CLUSTER +
            room / at_most(in->cluster_nodes, in->block_nodes) * LIST_A_BLOCK;
 }
 
@@ -71,7 +76,8 @@ void spb_budget_make(const struct spb_budget_input *in, struct spb_budget *out)
     out->buffers = on_disk ? room / 2 : room - table;
     out->buffers = out->buffers / 8 * 7;            /* batches of faces on their way */
     make_parts(in, lists, out);
-    out->temp = in->faces * in->record_bytes + (on_disk ? table : 0);
+    /* Points are written a second time while not all that was read has been given back. */
+    out->temp = in->faces * in->record_bytes * (in->points ? 2 : 1) + (on_disk ? table : 0);
     out->sort = in->faces * 3 * in->vertex_bytes;
     out->output = in->faces * ARCHIVE_BYTES_A_FACE;
 }

@@ -26,6 +26,7 @@ struct spb_budget {
 struct spb_budget_input {
     uint64_t memory;
     unsigned threads;
+    bool points;                    /* faces are points */
     uint64_t faces;                 /* triangles to come; for strips an estimate */
     uint64_t vertices;
     uint32_t vertex_bytes, record_bytes;

@@ -4,6 +4,7 @@
 #include "chain.h"
 #include "faces.h"
 #include "layout.h"
+#include "points.h"
 #include "pool.h"
 #include "top.h"
 
@@ -18,7 +19,8 @@
 #include <time.h>
 
 const char *const spb_phase_name[SPB_PHASE_COUNT] = {
-    "read vertices", "sort corners", "read faces", "plan parts", "build parts", "write archive",
+    "read vertices", "sort corners", "read faces", "plan parts", "estimate points", "build parts",
+    "write archive",
 };
 
 void spb_build_defaults(struct spb_build_options *options)
@@ -55,6 +57,7 @@ struct build {
     struct spb_top top;
     struct spc_writer *writer;
     uint32_t root, height;
+    bool points;                    /* the scan has no faces */
     bool in_scan;                   /* the stage under way reads the scan: errors are its */
 };
 
@@ -112,10 +115,15 @@ static enum spc_status open_scan(struct build *b, struct spc_error *err)
     }
     b->report->vertices += info->vertex_count;
     b->report->faces += info->face_count;
-    if (info->face_count == 0)
-        return spc_fail(err, SPC_INPUT_EMPTY, SPC_NO_OFF,
-                        "it holds %llu points without faces; only triangle meshes can be converted",
-                        (unsigned long long)info->vertex_count);
+    if (info->face_count == 0 && info->vertex_count == 0)
+        return spc_fail(err, SPC_INPUT_EMPTY, SPC_NO_OFF, "it holds neither faces nor points");
+    if (b->scan_count > 0 && b->points != (info->face_count == 0))
+        return spc_fail(err, SPC_INPUT_BAD, SPC_NO_OFF, "it holds %s, but those before hold %s",
+                        b->points ? "faces" : "points without faces", b->points ? "points alone" : "faces");
+    b->points = info->face_count == 0;
+    if (b->points && !info->normals && b->options->cull == SPB_CULL_BACK)
+        return spc_fail(err, SPC_INPUT_BAD, SPC_NO_OFF,
+                        "it holds points without normals: what their back is cannot be known");
     b->scan_count++;
     return SPC_OK;
 }
@@ -167,14 +175,28 @@ static uint64_t open_scans_bytes(const struct build *b)
     return bytes < b->options->memory / 2 ? bytes : b->options->memory / 2;
 }
 
+static struct spb_record_format record_format(const struct build *b)
+{
+    const struct spb_source_info *info = spb_source_info(b->source);
+    return b->points ? spb_point_format(info->wide, info->colors)
+                     : spb_record_format(info->wide, spb_source_colored(info));
+}
+
+/* Leaves to come; of strips about as many. */
+static uint64_t leaves_to_come(const struct build *b)
+{
+    const struct spb_source_info *info = spb_source_info(b->source);
+    return b->points ? info->vertex_count : info->strips ? info->vertex_count * 2 : info->face_count;
+}
+
 static enum spc_status make_budget(struct build *b, struct spc_error *err)
 {
     const struct spb_source_info *info = spb_source_info(b->source);
-    const struct spb_record_format format = spb_record_format(info->wide, spb_source_colored(info));
+    const struct spb_record_format format = record_format(b);
     const struct spb_budget_input in = {
         .memory = b->options->memory - open_scans_bytes(b),
         .threads = b->options->threads ? b->options->threads : spb_pool_cores(),
-        .faces = info->strips ? info->vertex_count * 2 : info->face_count,
+        .points = b->points, .faces = leaves_to_come(b),
         .vertices = info->vertex_count, .vertex_bytes = spb_vertex_bytes(info),
         .record_bytes = format.bytes, .cluster_nodes = b->options->cluster_nodes,
         .block_nodes = b->options->block_nodes,
@@ -234,7 +256,7 @@ static unsigned reading_threads(const struct build *b)
 /* A cache takes a part of the buffers while faces are distributed. */
 static uint64_t cache_memory(const struct build *b)
 {
-    return b->vertices.table == NULL ? b->budget.buffers / 4 : 0;
+    return b->vertices.table == NULL && !b->points ? b->budget.buffers / 4 : 0;
 }
 
 static enum spc_status sort_corners(struct build *b, struct spc_error *err)
@@ -258,9 +280,7 @@ static enum spc_status sort_corners(struct build *b, struct spc_error *err)
 static enum spc_status choose_cells(struct build *b, uint64_t memory, int *log2,
                                     struct spc_error *err)
 {
-    const uint64_t faces = spb_source_info(b->source)->strips ? b->vertices.count * 2
-                                                              : b->report->faces;
-    const uint64_t parts = faces / b->budget.part_faces + 1;
+    const uint64_t parts = leaves_to_come(b) / b->budget.part_faces + 1;
     enum spc_status status = SPC_OK;
     *log2 = spb_cells_for_parts(parts > 1 ? 4 * parts : 1);
     const int surely = spb_cells_within(*log2, memory / 4);
@@ -285,8 +305,7 @@ static void release_buckets(struct build *b)
 static enum spc_status distribute(struct build *b, struct spb_vertex_cache *cache,
                                   struct spc_error *err)
 {
-    const struct spb_record_format format =
-        spb_record_format(b->vertices.wide, spb_source_colored(spb_source_info(b->source)));
+    const struct spb_record_format format = record_format(b);
     const struct spb_faces_input in = {b->source, &b->vertices, cache, b->corners, &b->space,
                                        reading_threads(b), &b->progress};
     const uint64_t memory = b->budget.buffers - cache_memory(b);
@@ -305,7 +324,8 @@ static enum spc_status distribute(struct build *b, struct spb_vertex_cache *cach
                                       memory, err);
     b->in_scan = status == SPC_OK;
     if (status == SPC_OK)
-        status = spb_faces_read(&in, &b->distributor, &b->stats, err);
+        status = b->points ? spb_points_read(&b->vertices, &b->space, &b->distributor, &b->progress, err)
+                           : spb_faces_read(&in, &b->distributor, &b->stats, err);
     return status;
 }
 
@@ -352,6 +372,44 @@ static void judge_precision(struct build *b)
     b->report->short_edge = ldexp(spb_survey_short_edge(s), b->space.unit_exp);
 }
 
+static void keep_remarks(struct build *b)
+{
+    for (uint32_t i = 0; i < b->scan_count && b->options->facts != NULL; i++)
+        snprintf(b->options->facts[i].remark, sizeof b->options->facts[i].remark, "%s",
+                 spb_source_remark(b->scans[i]));
+}
+
+/* What follows the points in the file is looked at as that behind faces would be. */
+static enum spc_status see_end(struct build *b, struct spc_error *err)
+{
+    struct spb_face_batch *batch = malloc(sizeof *batch);
+    enum spc_status status = batch ? spb_source_begin_faces(b->source, err)
+                                   : spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to read");
+    if (status == SPC_OK)
+        status = spb_source_faces(b->source, batch, err);
+    free(batch);
+    return status;
+}
+
+static enum spc_status read_points(struct build *b, struct spc_error *err)
+{
+    struct spb_face_stats *s = &b->stats;
+    s->non_finite = b->vertices.non_finite;
+    s->kept = b->vertices.count - s->non_finite;
+    if (b->options->strict && s->non_finite > 0)
+        return spc_fail(err, SPC_INPUT_BAD, SPC_NO_OFF, "%llu points are not finite",
+                        (unsigned long long)s->non_finite);
+    enum spc_status status = see_end(b, err);
+    if (status == SPC_OK)
+        status = distribute(b, NULL, err);
+    keep_remarks(b);
+    spb_survey_init(&s->survey);
+    memcpy(s->survey.file_min, b->vertices.min, sizeof s->survey.file_min);
+    memcpy(s->survey.file_max, b->vertices.max, sizeof s->survey.file_max);
+    spb_vertices_release(&b->vertices);
+    return status;
+}
+
 /*
  * A stray vertex that no face uses would make the unit so large that the surface shrinks to a few
  * lattice points. Who uses it is known once the faces are read; then they are read again.
@@ -359,6 +417,8 @@ static void judge_precision(struct build *b)
 static enum spc_status read_faces(struct build *b, struct spc_error *err)
 {
     struct spb_space used;
+    if (b->points)
+        return read_points(b, err);
     enum spc_status status = distribute_faces(b, err);
     if (status == SPC_OK && space_of_used(b, &used)) {
         release_buckets(b);
@@ -369,9 +429,7 @@ static enum spc_status read_faces(struct build *b, struct spc_error *err)
     }
     if (status != SPC_OK)
         return status;
-    for (uint32_t i = 0; i < b->scan_count && b->options->facts != NULL; i++)
-        snprintf(b->options->facts[i].remark, sizeof b->options->facts[i].remark, "%s",
-                 spb_source_remark(b->scans[i]));
+    keep_remarks(b);
     const uint64_t dropped = b->stats.bad_index + b->stats.non_finite + b->stats.degenerate;
     if (b->stats.kept == 0)
         return spc_fail(err, SPC_INPUT_EMPTY, SPC_NO_OFF, "it holds no usable triangle (%llu dropped)",
@@ -399,7 +457,7 @@ static enum spc_status read_faces(struct build *b, struct spc_error *err)
 static uint32_t archive_flags(const struct build *b, bool colors)
 {
     uint32_t flags = 0;
-    if (b->options->triangles)
+    if (b->options->triangles && !b->points)
         flags |= SPC_FLAG_TRIANGLES;
     if (colors)
         flags |= SPC_FLAG_COLORS;
@@ -431,6 +489,22 @@ static uint32_t normal_clusters(const struct build *b, uint32_t flags)
     return flags & SPC_FLAG_CULL_BACK ? SPC_NORMAL_CLUSTERS_MAX : 1;
 }
 
+static enum spc_status estimate_points(struct build *b, const struct spb_record_format *format,
+                                       struct spc_error *err)
+{
+    const struct spb_points_input in = {b->faces_file, &b->space, *format,
+                                        spb_source_info(b->source)->normals, b->budget.threads,
+                                        &b->progress};
+    charge(b, SPB_PLAN);
+    const enum spc_status status = spb_points_estimate(&b->plan, &in, &b->stats.survey, err);
+    charge(b, SPB_ESTIMATE_POINTS);
+    if (status != SPC_OK)
+        return status;
+    judge_precision(b);
+    spb_space_set_vertices(&b->space, spb_survey_short_edge(&b->stats.survey));
+    return SPC_OK;
+}
+
 static enum spc_status plan_parts(struct build *b, struct spc_error *err)
 {
     const struct spb_record_format format = b->distributor.format;
@@ -446,6 +520,8 @@ static enum spc_status plan_parts(struct build *b, struct spc_error *err)
     enum spc_status status =
         spb_plan_make(&b->plan, &b->distributor, b->faces_file, &b->space, b->budget.part_faces,
                       b->budget.buffers, &b->progress, err);
+    if (status == SPC_OK && b->points)
+        status = estimate_points(b, &format, err);
     if (status == SPC_OK)
         status = spb_tmpfile_create(&b->temp, &b->spool_file, err);
     if (status == SPC_OK)
@@ -496,6 +572,7 @@ static void fill_header(struct build *b, struct spc_header *h)
     h->unit_exp = b->space.unit_exp;
     h->vertex_exp = b->space.vertex_exp;
     h->faces_in = s->faces_in;
+    h->points_in = b->points ? b->report->vertices : 0;
     h->split_extra = s->split_extra;
     h->dropped_bad_index = s->bad_index;
     h->dropped_non_finite = s->non_finite;
@@ -591,12 +668,12 @@ static enum spc_status prepare(struct build *b, struct spc_error *err)
 static enum spc_status run_phases(struct build *b, struct spc_error *err)
 {
     static enum spc_status (*const phase[SPB_PHASE_COUNT])(struct build *, struct spc_error *) = {
-        read_vertices, NULL, read_faces, plan_parts, build_tree, write_archive,
+        read_vertices, NULL, read_faces, plan_parts, NULL, build_tree, write_archive,
     };
     enum spc_status status = SPC_OK;
     b->charged = cost_now(b);
     for (int p = 0; p < SPB_PHASE_COUNT && status == SPC_OK; p++) {
-        if (phase[p] == NULL)       /* part of reading faces, where it is needed */
+        if (phase[p] == NULL)       /* part of the one before or after, where it is needed */
             continue;
         b->in_scan = p <= SPB_READ_FACES;
         status = phase[p](b, err);

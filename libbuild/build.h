@@ -6,7 +6,8 @@
  * meet (through vertex_cache.h or corner_sort.h where the vertices are on disk), distribute.h puts
  * faces on disk by place, plan.h finds the parts, top.h builds them and what is above (split.h,
  * tree.h), pack.h makes clusters, spool.h keeps them until the archive is written. budget.h says
- * how much memory each may take.
+ * how much memory each may take. Points without faces become disks between plan and parts (points.h);
+ * their archives hold no triangles.
  */
 #ifndef SPB_BUILD_H
 #define SPB_BUILD_H
@@ -53,8 +54,8 @@ struct spb_build_options {          /* spb_build_defaults, then change */
     void *meta_ctx;
 };
 
-enum spb_phase { SPB_READ_VERTICES, SPB_SORT_CORNERS, SPB_READ_FACES, SPB_PLAN, SPB_BUILD_PARTS,
-                 SPB_WRITE_ARCHIVE, SPB_PHASE_COUNT };
+enum spb_phase { SPB_READ_VERTICES, SPB_SORT_CORNERS, SPB_READ_FACES, SPB_PLAN,
+                 SPB_ESTIMATE_POINTS, SPB_BUILD_PARTS, SPB_WRITE_ARCHIVE, SPB_PHASE_COUNT };
 extern const char *const spb_phase_name[SPB_PHASE_COUNT];
 
 struct spb_phase_cost {

@@ -12,7 +12,7 @@ struct chain {
     bool begun;                     /* its pass has */
     uint64_t first;                 /* number of its first vertex */
     uint64_t bytes_before;          /* of the members before it */
-    bool colors;
+    bool colors, normals;
 };
 
 static const struct spb_source_info *info_at(const struct chain *c)
@@ -64,6 +64,8 @@ static enum spc_status chain_vertices(void *state, struct spb_vertex_batch *out,
         if (out->count > 0) {
             if (c->colors && !info_at(c)->colors)
                 memset(out->rgba, 255, sizeof out->rgba[0] * out->count);
+            if (c->normals && !info_at(c)->normals)     /* no direction: estimated */
+                memset(out->normal, 0, sizeof out->normal[0] * out->count);
             return SPC_OK;
         }
     } while (next_member(c));
@@ -131,6 +133,7 @@ static void add_info(const struct spb_source_info *member, struct spb_source_inf
     sum->colors |= member->colors;
     sum->corner_colors |= member->corner_colors;
     sum->wide |= member->wide;
+    sum->normals |= member->normals;
     sum->by_place |= member->by_place;
     sum->file_bytes += member->file_bytes;
 }
@@ -146,7 +149,8 @@ enum spc_status spb_source_chain(struct spb_source *const *members, uint32_t cou
         add_info(spb_source_info(members[i]), &info);
         spb_source_pause(members[i]);
     }
-    *c = (struct chain){.members = members, .count = count, .colors = info.colors};
+    *c = (struct chain){.members = members, .count = count, .colors = info.colors,
+                        .normals = info.normals};
     const enum spc_status status = spb_source_wrap(&chain_format, c, &info, out, err);
     if (status != SPC_OK)
         free(c);

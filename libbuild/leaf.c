@@ -31,11 +31,27 @@ struct batch {                      /* triangles, from step to step */
 
 /* ---- from the records -------------------------------------------------------------------------- */
 
-static void load_record(const struct spb_record_format *format, const uint8_t *record,
-                        struct batch *b, uint32_t i)
+static void load_point(const struct spb_record_format *format, const struct spb_space *space,
+                       const uint8_t *record, struct batch *b, uint32_t i)
+{
+    double corner[9];
+    spb_point_corners(format, space, record, corner);
+    for (int k = 0; k < 9; k++)
+        b->corner[k / 3][k % 3][i] = corner[k];
+    memset(b->rgba[i], 255, 4);
+    if (format->colors)
+        memcpy(b->rgba[i], record + format->bytes - 4, 4);
+}
+
+static void load_record(const struct spb_record_format *format, const struct spb_space *space,
+                        const uint8_t *record, struct batch *b, uint32_t i)
 {
     double wide[9];
     float narrow[9];
+    if (format->points) {
+        load_point(format, space, record, b, i);
+        return;
+    }
     if (format->wide) {
         memcpy(wide, record, sizeof wide);
         record += sizeof wide;
@@ -265,7 +281,7 @@ void spb_leaves_make(const struct spb_space *space, const struct spb_record_form
     for (uint32_t begin = 0; begin < count;) {
         const uint32_t n = find_leaves(format, records, nodes, &begin, count, &b);
         for (uint32_t i = 0; i < n; i++)
-            load_record(format, records + (size_t)nodes[b.node[i]].link * format->bytes, &b, i);
+            load_record(format, space, records + (size_t)nodes[b.node[i]].link * format->bytes, &b, i);
         if (n > 0)
             make_batch(space, &b, n, nodes);
     }

@@ -33,13 +33,15 @@ static void gather(const struct pack *p, uint32_t first, uint32_t count, struct 
         const uint8_t *r = p->tree->records + (size_t)record[i] * format->bytes;
         float narrow[9];
         double xyz[9];
-        if (format->wide)
+        if (format->points)
+            spb_point_corners(format, p->shared->space, r, xyz);
+        else if (format->wide)
             memcpy(xyz, r, sizeof xyz);
         else
             memcpy(narrow, r, sizeof narrow);
         for (int k = 0; k < 9; k++)
-            b->file[k / 3][k % 3][i] = format->wide ? xyz[k] : (double)narrow[k];
-        if (p->leaves.rgba != NULL)
+            b->file[k / 3][k % 3][i] = format->wide || format->points ? xyz[k] : (double)narrow[k];
+        if (p->leaves.rgba != NULL && !format->points)
             memcpy(p->leaves.rgba[first + i], r + coordinates, 12);
     }
 }

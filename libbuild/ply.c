@@ -526,6 +526,7 @@ static void fill_info(const struct ply_header *h, struct spb_source_info *info)
         info->strips = h->element[h->strips].count > 0;
     }
     info->colors = h->colors;
+    info->normals = h->normals;
     for (int i = PLY_X; i <= PLY_Z; i++) {
         const uint8_t type = h->channel[i].type;
         info->wide = info->wide || type == PLY_F64 || type == PLY_I32 || type == PLY_U32;

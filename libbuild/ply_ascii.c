@@ -255,6 +255,8 @@ enum spc_status spb_ply_ascii_vertices(struct ply *ply, struct spb_vertex_batch 
             status = take_real(ply, &value, err);
             if (p->role <= PLY_Z)
                 xyz[p->role] = value;
+            else if (p->role >= PLY_NX)
+                out->normal[out->count][p->role - PLY_NX] = (float)value;
             else
                 rgba[p->role - PLY_RED] = spb_ply_color(ply, p->type, p->role, value);
         }

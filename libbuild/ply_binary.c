@@ -182,6 +182,14 @@ static void color_column(struct ply *ply, const uint8_t *p, size_t stride, size_
     }
 }
 
+/* One component of normals to out[0], out[3], ... */
+static void normal_column(const uint8_t *p, size_t stride, size_t count, unsigned type, bool big,
+                          float *out)
+{
+    for (size_t i = 0; i < count; i++)
+        out[i * 3] = (float)get_real(type, p + i * stride, big);
+}
+
 /* Vertices of fixed size: as many as the window holds, at a time. */
 static enum spc_status fixed_vertices(struct ply *ply, struct spb_vertex_batch *out,
                                       struct spc_error *err)
@@ -208,6 +216,9 @@ static enum spc_status fixed_vertices(struct ply *ply, struct spb_vertex_batch *
         for (int i = PLY_RED; i <= PLY_ALPHA && ply->header.colors; i++)
             color_column(ply, rows + channel[i].off, stride, count, channel[i].type,
                          (unsigned)i, &out->rgba[out->count][i - PLY_RED]);
+        for (int i = PLY_NX; i <= PLY_NZ && ply->header.normals; i++)
+            normal_column(rows + channel[i].off, stride, count, channel[i].type,
+                          ply->header.big_endian, &out->normal[out->count][i - PLY_NX]);
         b->pos += count * stride;
         ply->row += count;
         out->count += count;
@@ -216,7 +227,7 @@ static enum spc_status fixed_vertices(struct ply *ply, struct spb_vertex_batch *
 }
 
 static enum spc_status one_vertex(struct ply *ply, double xyz[3], uint8_t rgba[4],
-                                  struct spc_error *err)
+                                  float normal[3], struct spc_error *err)
 {
     struct spb_bytes *const b = ply->bytes;
     const struct ply_element *const e = ply->element;
@@ -238,6 +249,8 @@ static enum spc_status one_vertex(struct ply *ply, double xyz[3], uint8_t rgba[4
         b->pos += bytes;
         if (p->role <= PLY_Z)
             xyz[p->role] = value;
+        else if (p->role >= PLY_NX)
+            normal[p->role - PLY_NX] = (float)value;
         else
             rgba[p->role - PLY_RED] = spb_ply_color(ply, p->type, p->role, value);
     }
@@ -251,7 +264,7 @@ enum spc_status spb_ply_binary_vertices(struct ply *ply, struct spb_vertex_batch
         return fixed_vertices(ply, out, err);
     while (out->count < SPB_BATCH_MAX && ply->row < ply->element->count) {
         const enum spc_status status = one_vertex(ply, out->xyz[out->count], out->rgba[out->count],
-                                                  err);
+                                                  out->normal[out->count], err);
         if (status != SPC_OK)
             return status;
         ply->row++;

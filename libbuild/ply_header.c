@@ -17,6 +17,9 @@
  * Colours. red green blue [alpha], else diffuse_red ... [diffuse_alpha], else r g b [a]; the first
  * complete set counts. A plain 'alpha' also serves the other two. Fewer than three: no colour.
  *
+ * Normals. nx ny nz, else normal_x normal_y normal_z, of points without faces; of a mesh they are passed
+ * over like any other property, faces have their own.
+ *
  * Truth. Each row takes a least number of bytes, so counts that cannot fit the file are refused
  * here, before anybody makes room for them.
  */
@@ -34,12 +37,15 @@ enum vertex_name {                      /* in the order of vertex_names[] */
     NAME_RED, NAME_ALPHA = NAME_RED + 3,
     NAME_DIFFUSE,
     NAME_R = NAME_DIFFUSE + 4,
-    NAME_COUNT = NAME_R + 4
+    NAME_NX = NAME_R + 4,
+    NAME_NORMAL = NAME_NX + 3,
+    NAME_COUNT = NAME_NORMAL + 3
 };
 
 static const char *const vertex_names[NAME_COUNT] = {
     "x", "y", "z", "red", "green", "blue", "alpha",
-    "diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha", "r", "g", "b", "a"
+    "diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha", "r", "g", "b", "a",
+    "nx", "ny", "nz", "normal_x", "normal_y", "normal_z"
 };
 
 struct header_reader {
@@ -364,6 +370,24 @@ static void choose_colors(struct header_reader *r)
     }
 }
 
+/* After faces that nobody can read were forgotten. */
+static void choose_normals(struct header_reader *r)
+{
+    static const int sets[] = { NAME_NX, NAME_NORMAL };
+    struct ply_header *const h = r->header;
+    const bool meshed = (h->faces != PLY_NO_ELEMENT && h->element[h->faces].count > 0) ||
+                        (h->strips != PLY_NO_ELEMENT && h->element[h->strips].count > 0);
+
+    for (size_t s = 0; s < sizeof sets / sizeof *sets && !h->normals && !meshed; s++) {
+        const uint32_t *const set = &r->vertex_property[sets[s]];
+        if (!set[0] || !set[1] || !set[2])
+            continue;
+        for (int i = 0; i < 3; i++)
+            h->property[set[i] - 1].role = (uint8_t)(PLY_NX + i);
+        h->normals = true;
+    }
+}
+
 static enum spc_status check_vertex(struct header_reader *r, struct spc_error *err)
 {
     struct ply_header *const h = r->header;
@@ -467,6 +491,7 @@ enum spc_status spb_ply_header_read(struct spb_bytes *bytes, struct ply_header *
         return status;
     forget_unread(header, &header->faces);
     forget_unread(header, &header->strips);
+    choose_normals(&r);
     measure_rows(header);
     return check_counts(header, bytes->file_bytes, err);
 }

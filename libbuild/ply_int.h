@@ -26,7 +26,7 @@ enum ply_type {                         /* 0 in ply_property.count_type: not a l
 };
 
 enum ply_role {                         /* what a vertex property is good for */
-    PLY_X, PLY_Y, PLY_Z, PLY_RED, PLY_GREEN, PLY_BLUE, PLY_ALPHA, PLY_ROLE_COUNT,
+    PLY_X, PLY_Y, PLY_Z, PLY_RED, PLY_GREEN, PLY_BLUE, PLY_ALPHA, PLY_NX, PLY_NY, PLY_NZ, PLY_ROLE_COUNT,
     PLY_NO_ROLE = PLY_ROLE_COUNT
 };
 
@@ -58,6 +58,7 @@ struct ply_header {
     uint32_t element_count, property_count;
     uint32_t vertex, faces, strips;     /* elements, or PLY_NO_ELEMENT */
     bool colors;
+    bool normals;                       /* roles are given to them only where there are no faces */
     bool faces_unread;                  /* a face or strip element without a list to read */
     uint64_t body_off;
     uint64_t unknown_count;             /* lines that begin with no keyword of PLY */

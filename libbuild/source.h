@@ -24,6 +24,7 @@ struct spb_source_info {
     bool colors;                        /* vertices carry colour; alpha 255 where the file has none */
     bool corner_colors;                 /* corners of faces do: textures, materials; see colored */
     bool wide;                          /* coordinates need double: declared double or 32-bit int */
+    bool normals;                       /* vertices carry normals; only where there are no faces */
     uint64_t file_bytes;
     bool by_place;                      /* vertices in one place are one, whatever their numbers */
     /*
@@ -39,6 +40,7 @@ struct spb_vertex_batch {
     size_t count;                       /* 0: the pass is over */
     double xyz[SPB_BATCH_MAX][3];       /* file units, exactly as the file says; may be NaN or inf */
     uint8_t rgba[SPB_BATCH_MAX][4];     /* filled when info.colors */
+    float normal[SPB_BATCH_MAX][3];     /* filled when info.normals; of any length, may be NaN or inf */
 };
 
 /*

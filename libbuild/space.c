@@ -88,7 +88,12 @@ int64_t spb_space_origin_number(const struct spb_space *space, int axis)
 
 struct spb_record_format spb_record_format(bool wide, bool colors)
 {
-    return (struct spb_record_format){wide, colors, (wide ? 72u : 36u) + (colors ? 12u : 0u)};
+    return (struct spb_record_format){wide, colors, false, (wide ? 72u : 36u) + (colors ? 12u : 0u)};
+}
+
+struct spb_record_format spb_point_format(bool wide, bool colors)
+{
+    return (struct spb_record_format){wide, colors, true, (wide ? 40u : 28u) + (colors ? 4u : 0u)};
 }
 
 /* Coordinate number k of nine, file units. */
@@ -126,10 +131,53 @@ SPB_INLINE void keys_of(bool wide, uint32_t bytes, const struct spb_space *space
     }
 }
 
+SPB_INLINE void point_keys(bool wide, uint32_t bytes, const struct spb_space *space,
+                           const uint8_t *records, uint32_t count, double (*keys)[4])
+{
+    const double scale = ldexp(1, -space->unit_exp);
+    for (uint32_t i = 0; i < count; i++) {
+        const uint8_t *record = records + (size_t)i * bytes;
+        for (int a = 0; a < 3; a++)
+            keys[i][a] = (load_coordinate(record, wide, a) - space->origin[a]) * scale + 1 - 1;
+        keys[i][3] = (double)i;
+    }
+}
+
+/*
+ * The first corner is along the projected axis that the normal is furthest from. Its radius is in
+ * units, so that it fits a float whatever the file's.
+ */
+void spb_point_corners(const struct spb_record_format *format, const struct spb_space *space,
+                       const uint8_t *record, double corner[9])
+{
+    float stored[4];
+    memcpy(stored, record + spb_point_normal(format), sizeof stored);
+    const double n[3] = {(double)stored[0], (double)stored[1], (double)stored[2]};
+    const double radius = times_exp2((double)stored[3], space->unit_exp);
+    double first[3] = {0, 0, 0}, second[3];
+    int least = 0;
+    for (int a = 1; a < 3; a++)
+        least = fabs(n[a]) < fabs(n[least]) ? a : least;
+    first[least] = 1;
+    for (int a = 0; a < 3; a++)
+        first[a] -= n[least] * n[a];
+    vec_scale(first, 1 / vec_length(first), first);
+    vec_cross(n, first, second);
+    for (int a = 0; a < 3; a++) {
+        const double at = load_coordinate(record, format->wide, a);
+        const double along = radius * first[a], across = radius * 0x1.bb67ae8584caap-1 * second[a];
+        corner[a] = at + along;
+        corner[3 + a] = at - along / 2 + across;
+        corner[6 + a] = at - along / 2 - across;
+    }
+}
+
 void spb_record_keys(const struct spb_record_format *format, const struct spb_space *space,
                      const uint8_t *records, uint32_t count, double (*keys)[4])
 {
-    if (format->wide)
+    if (format->points)
+        point_keys(format->wide, format->bytes, space, records, count, keys);
+    else if (format->wide)
         keys_of(true, format->bytes, space, records, count, keys);
     else
         keys_of(false, format->bytes, space, records, count, keys);

@@ -48,15 +48,31 @@ int64_t spb_space_origin_number(const struct spb_space *space, int axis);
 
 /* ---- face records ----------------------------------------------------------------------------- */
 
-/* A record holds file coordinates as float or double, as the scan has them, and colours if any. */
+/*
+ * A record holds the corners of a face, file coordinates as float or double, as the scan has them, and
+ * their colours if any. Of a point without faces it is place, normal (3 floats), radius (a float, in
+ * units: 0 until points.h has found it) and colour if any: the triangle that it stands for is
+ * equilateral, with that circumcircle. All that reads corners takes both kinds.
+ */
 struct spb_record_format {
-    bool wide, colors;
+    bool wide, colors, points;
     uint32_t bytes;
 };
 struct spb_record_format spb_record_format(bool wide, bool colors);
+struct spb_record_format spb_point_format(bool wide, bool colors);
+
+/* Where in a point's record the normal is, and after it the radius. */
+static inline uint32_t spb_point_normal(const struct spb_record_format *format)
+{
+    return format->wide ? 24 : 12;
+}
+
+/* The corners of a point's triangle, [corner][axis], file units; counterclockwise around its normal. */
+void spb_point_corners(const struct spb_record_format *format, const struct spb_space *space,
+                       const uint8_t *record, double corner[9]);
 
 /*
- * Where faces lie for splitting: the middle of a face's box, on a lattice of 2^-52 units, of records
+ * Where faces lie for splitting: the middle of a face's box, or a point, on a lattice of 2^-52 units, of records
  * [0, count); and their numbers: keys[i] is x, y, z, i. A function of the face alone, the same in
  * planning and building.
  */

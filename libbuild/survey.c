@@ -78,7 +78,7 @@ SPB_VECTORS static void measure(const struct spb_space *space, struct batch *b)
 }
 
 /* By the exponent as it is stored: subnormal squares share a bin, far below any lattice. */
-static int16_t bin_of(double square)
+int16_t spb_survey_bin(double square)
 {
     uint64_t bits;
     memcpy(&bits, &square, sizeof bits);
@@ -103,7 +103,7 @@ void spb_survey_measure(const struct spb_record_format *format, const struct spb
         measure(space, &b);
         for (uint32_t i = 0; i < n; i++) {
             m->volume += b.volume[i];
-            bins[first + i] = bin_of(b.shortest[i]);
+            bins[first + i] = spb_survey_bin(b.shortest[i]);
         }
     }
 }

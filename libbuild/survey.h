@@ -24,6 +24,9 @@ void spb_survey_measure(const struct spb_record_format *format, const struct spb
                         const uint8_t *records, uint32_t count, struct spb_measures *measures,
                         int16_t *bins);
 
+/* The bin of one squared edge, units; -1 of an infinite one. */
+int16_t spb_survey_bin(double square);
+
 /* Adds them. In one order always: volumes are rounded. */
 void spb_survey_add(struct spb_survey *survey, const struct spb_measures *measures,
                     const int16_t *bins, uint32_t count);

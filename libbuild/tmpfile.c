@@ -123,15 +123,14 @@ static bool advance(struct iovec **parts, int *count, size_t done)
     return true;
 }
 
-enum spc_status spb_tmpfile_append_parts(struct spb_tmpfile *file, struct iovec *parts, int count,
-                                         uint64_t *off, struct spc_error *err)
+uint64_t spb_tmpfile_reserve(struct spb_tmpfile *file, uint64_t n)
 {
-    size_t n = 0;
-    for (int i = 0; i < count; i++)
-        n += parts[i].iov_len;
-    uint64_t at = atomic_fetch_add(&file->end, n);
-    *off = at;
-    atomic_fetch_add(&file->temp->written, n);
+    return atomic_fetch_add(&file->end, n);
+}
+
+static enum spc_status write_parts(struct spb_tmpfile *file, struct iovec *parts, int count,
+                                   uint64_t at, struct spc_error *err)
+{
     while (advance(&parts, &count, 0)) {
         const ssize_t done = pwritev(file->fd, parts, count, (off_t)at);
         if (done < 0 && errno == EINTR)
@@ -142,6 +141,25 @@ enum spc_status spb_tmpfile_append_parts(struct spb_tmpfile *file, struct iovec 
         advance(&parts, &count, (size_t)done);
     }
     return SPC_OK;
+}
+
+enum spc_status spb_tmpfile_append_parts(struct spb_tmpfile *file, struct iovec *parts, int count,
+                                         uint64_t *off, struct spc_error *err)
+{
+    size_t n = 0;
+    for (int i = 0; i < count; i++)
+        n += parts[i].iov_len;
+    *off = spb_tmpfile_reserve(file, n);
+    atomic_fetch_add(&file->temp->written, n);
+    return write_parts(file, parts, count, *off, err);
+}
+
+enum spc_status spb_tmpfile_write(struct spb_tmpfile *file, uint64_t off, const void *bytes, size_t n,
+                                  struct spc_error *err)
+{
+    struct iovec part = {(void *)(uintptr_t)bytes, n};
+    atomic_fetch_add(&file->temp->written, n);
+    return write_parts(file, &part, 1, off, err);
 }
 
 enum spc_status spb_tmpfile_append(struct spb_tmpfile *file, const void *bytes, size_t n,

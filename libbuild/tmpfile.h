@@ -39,6 +39,13 @@ uint64_t spb_tmpfile_bytes(const struct spb_tmpfile *file);
 /* Its descriptor, for those who read it as a file; the file's own. */
 int spb_tmpfile_fd(const struct spb_tmpfile *file);
 
+/* Room for n bytes at the end, which are to be written before they are read: where it is. */
+uint64_t spb_tmpfile_reserve(struct spb_tmpfile *file, uint64_t n);
+
+/* Writes n bytes at off, into such room or over what was written. fails SPC_IO */
+enum spc_status spb_tmpfile_write(struct spb_tmpfile *file, uint64_t off, const void *bytes, size_t n,
+                                  struct spc_error *err);
+
 /* Reads n bytes at off, all of which must have been appended. fails SPC_IO */
 enum spc_status spb_tmpfile_read(struct spb_tmpfile *file, uint64_t off, void *bytes, size_t n,
                                  struct spc_error *err);

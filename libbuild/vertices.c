@@ -18,17 +18,20 @@ static void widen(struct spb_vertices *v, const double p[3])
     }
 }
 
-static void store(const struct spb_vertices *v, const double xyz[3], const uint8_t rgba[4],
+static void store(const struct spb_vertices *v, const struct spb_vertex_batch *batch, size_t i,
                   uint8_t *out)
 {
+    const double *xyz = batch->xyz[i];
     if (v->wide) {
         memcpy(out, xyz, 24);
     } else {
         const float narrow[3] = {(float)xyz[0], (float)xyz[1], (float)xyz[2]};
         memcpy(out, narrow, 12);
     }
+    if (v->normals)
+        memcpy(out + (v->wide ? 24 : 12), batch->normal[i], 12);
     if (v->colors)
-        memcpy(out + v->bytes - 4, rgba, 4);
+        memcpy(out + v->bytes - 4, batch->rgba[i], 4);
 }
 
 void spb_vertex_load(const struct spb_vertices *v, const uint8_t *bytes, double xyz[3])
@@ -46,7 +49,7 @@ void spb_vertex_load(const struct spb_vertices *v, const uint8_t *bytes, double 
 struct reading {
     struct spb_vertices *v;
     struct spb_vertex_batch batch;
-    uint8_t packed[SPB_BATCH_MAX * 28];         /* of a batch, on its way to disk */
+    uint8_t packed[SPB_BATCH_MAX * SPB_VERTEX_BYTES_MAX];         /* of a batch, on its way to disk */
 };
 
 /* One batch to its place; batches are appended by one thread, so the table is one piece. */
@@ -58,7 +61,7 @@ static enum spc_status place(struct reading *r, uint64_t at, struct spc_error *e
     uint64_t off;
     for (size_t i = 0; i < batch->count; i++) {
         widen(v, batch->xyz[i]);
-        store(v, batch->xyz[i], batch->rgba[i], out + i * v->bytes);
+        store(v, batch, i, out + i * v->bytes);
         for (int a = 0; a < 3 && v->wide && !v->beyond_float; a++)
             v->beyond_float = batch->xyz[i][a] != (double)(float)batch->xyz[i][a];
     }
@@ -115,7 +118,7 @@ enum spc_status spb_vertices_read(struct spb_source *source, struct spb_temp *te
 {
     const struct spb_source_info *info = spb_source_info(source);
     *out = (struct spb_vertices){.count = info->vertex_count, .wide = info->wide,
-                                 .colors = info->colors,
+                                 .colors = info->colors, .normals = info->normals,
                                  .by_place = info->by_place, .archive = info->archive,
                                  .bytes = spb_vertex_bytes(info)};
     for (int a = 0; a < 3; a++) {

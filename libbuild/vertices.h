@@ -9,10 +9,13 @@
 #include "source.h"
 #include "tmpfile.h"
 
+enum { SPB_VERTEX_BYTES_MAX = 40 };
+
 struct spb_vertices {
     uint64_t count;
-    bool wide, colors, by_place, archive;       /* as in spb_source_info */
-    uint32_t bytes;                 /* of one: 3 floats or (wide) doubles, file units; 4 of colour */
+    bool wide, colors, normals, by_place, archive;      /* as in spb_source_info */
+    uint32_t bytes;                 /* of one: 3 floats or (wide) doubles, file units; 3 floats of
+                                       normal, if any; 4 of colour, if any */
     uint8_t *table;                 /* [count][bytes], or NULL: on disk */
     struct spb_tmpfile *file;
     uint64_t off;                   /* of the table in the file, in one piece */
@@ -33,7 +36,7 @@ void spb_vertices_release(struct spb_vertices *vertices);
 /* Bytes of one, as stored here. */
 static inline uint32_t spb_vertex_bytes(const struct spb_source_info *info)
 {
-    return (info->wide ? 24u : 12u) + (info->colors ? 4u : 0u);
+    return (info->wide ? 24u : 12u) + (info->normals ? 12u : 0u) + (info->colors ? 4u : 0u);
 }
 
 /* Of such faces the corners are looked up; others are dropped by their numbers alone. */
