@@ -118,15 +118,15 @@ static void insert(struct spb_near *near, const double place[4])
             break;
         at--;
     }
-    if (at == SPB_NEAR)
+    if (at == near->room)
         return;
-    if (near->count < SPB_NEAR)
+    if (near->count < near->room)
         near->count++;
     for (uint32_t k = near->count - 1; k > at; k--)
         memcpy(near->at[k], near->at[k - 1], sizeof near->at[k]);
     memcpy(near->at[at], place, sizeof near->at[at]);
-    if (near->count == SPB_NEAR)
-        near->worst = near->at[SPB_NEAR - 1][0];
+    if (near->count == near->room)
+        near->worst = near->at[near->room - 1][0];
 }
 
 SPB_VECTORS static void measure_distances(const double *const axis[3], uint32_t count,
@@ -187,7 +187,7 @@ static void look_below(struct spb_group *g, const struct spb_kd *kd, uint32_t no
     }
 }
 
-void spb_group_init(struct spb_group *g, const struct spb_kd *kd, uint32_t bucket)
+void spb_group_init(struct spb_group *g, const struct spb_kd *kd, uint32_t bucket, uint32_t room)
 {
     const struct spb_kd_node *n = &kd->nodes[bucket];
     g->count = n->count > SPB_BUCKET ? 1 : n->count;
@@ -197,6 +197,7 @@ void spb_group_init(struct spb_group *g, const struct spb_kd *kd, uint32_t bucke
     memcpy(g->max, n->max, sizeof g->max);
     for (uint32_t q = 0; q < g->count; q++) {
         g->near[q].count = 0;
+        g->near[q].room = room;
         g->near[q].worst = HUGE_VAL;
     }
     look_at_node(g, kd, n);

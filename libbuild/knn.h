@@ -12,7 +12,10 @@
 
 /* Settable when compiling, so that other choices can be measured. */
 #ifndef SPB_NEAR
-#define SPB_NEAR 16                 /* places that are looked for */
+#define SPB_NEAR 12                 /* places that are looked for, */
+#endif
+#ifndef SPB_NEAR_MAX
+#define SPB_NEAR_MAX 32             /* and where so many are on a line */
 #endif
 
 enum { SPB_BUCKET = 16 };           /* points, where they are not all in one place */
@@ -44,9 +47,9 @@ void spb_kd_coordinates(struct spb_kd *kd, const struct spb_key *keys, struct sp
 
 /* What is nearest to a point, of what was looked at; its own place is not. */
 struct spb_near {
-    double at[SPB_NEAR][4];         /* squared distance, x, y, z: ascending */
+    double at[SPB_NEAR_MAX][4];     /* squared distance, x, y, z: ascending */
     double worst;                   /* squared distance of the last; infinite while there is room */
-    uint32_t count;
+    uint32_t count, room;
 };
 
 struct spb_group {                  /* points of one bucket; one for all that are in one place */
@@ -57,8 +60,8 @@ struct spb_group {                  /* points of one bucket; one for all that ar
     struct spb_near near[SPB_BUCKET];
 };
 
-/* Looks through all of kd for what is nearest to the points of its bucket. */
-void spb_group_init(struct spb_group *group, const struct spb_kd *kd, uint32_t bucket);
+/* Looks through all of kd for what is nearest to the points of its bucket: up to room places. */
+void spb_group_init(struct spb_group *group, const struct spb_kd *kd, uint32_t bucket, uint32_t room);
 
 /* Looks at up to SPB_BUCKET points more, in the box min..max. */
 void spb_group_look(struct spb_group *group, const double *const axis[3], uint32_t count,

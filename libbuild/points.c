@@ -512,22 +512,39 @@ static void fill_records(struct filling *f, const struct spb_kd_node *n)
     }
 }
 
+static enum spc_status find_near(struct filling *f, uint32_t node, uint32_t room, struct spc_error *err)
+{
+    spb_group_init(f->group, &f->w->kd, node, room);
+    if (f->e->plan->part_count == 1)
+        return SPC_OK;
+    return f->group->worst <= f->search->reach ? look_around(f->search, f->group, err)
+                                               : look_everywhere(f->search, f->group, err);
+}
+
+static bool any_on_line(const struct spb_group *g)
+{
+    bool any = false;
+    for (uint32_t q = 0; q < g->count; q++) {
+        const double from[3] = {g->axis[0][q], g->axis[1][q], g->axis[2][q]};
+        any |= spb_surfel_on_line(from, &g->near[q]);
+    }
+    return any;
+}
+
 static enum spc_status fill_page(struct filling *f, uint32_t node, uint32_t end, struct spc_error *err)
 {
     const struct spb_kd *kd = &f->w->kd;
-    const bool alone = f->e->plan->part_count == 1;
     enum spc_status status = SPC_OK;
     if (spb_pool_cancelled())
         return spc_fail(err, SPC_CANCELLED, SPC_NO_OFF, "cancelled");
-    if (!alone)
+    if (f->e->plan->part_count > 1)
         list_around(f->search, kd->nodes[node].min, kd->nodes[node].max);
     for (; node < end && status == SPC_OK; node++) {
         if (kd->nodes[node].right != 0)
             continue;
-        spb_group_init(f->group, kd, node);
-        if (!alone)
-            status = f->group->worst <= f->search->reach ? look_around(f->search, f->group, err)
-                                                         : look_everywhere(f->search, f->group, err);
+        status = find_near(f, node, SPB_NEAR, err);
+        if (status == SPC_OK && any_on_line(f->group))
+            status = find_near(f, node, SPB_NEAR_MAX, err);
         if (status == SPC_OK)
             fill_records(f, &kd->nodes[node]);
     }

@@ -1,8 +1,8 @@
 /*
  * surfel.c - a disk from the nearest places.
  *
- * Radius: a share of the distance to the furthest of them, which covers the gaps between rows of a
- * scanner as well as those of a random sample. A point far from all others would become a giant:
+ * Radius: a share of the distance to the furthest of them, which covers the gaps of a random sample, and
+ * those between rows of a scanner, if the next row is among them. A point far from all others would become a giant:
  * their own spacing, the median over all of the nearest one's distance, limits it.
  *
  * Normal: that of the plane nearest to the places in the sense of least squares, if the file has none.
@@ -18,15 +18,16 @@
 
 /* Settable when compiling, so that other choices can be measured. */
 #ifndef SPB_SURFEL_SHARE
-#define SPB_SURFEL_SHARE 0.5        /* of the distance to the furthest place */
+#define SPB_SURFEL_SHARE 0.55       /* of the distance to the furthest place */
 #endif
 #ifndef SPB_SURFEL_LIMIT
 #define SPB_SURFEL_LIMIT 6          /* spacings */
 #endif
 
+static const double ON_LINE = 0x1p-5;   /* share of squared distances that is beside it, at most */
 static const double ALONE = 0x1p-7; /* units: everything is in one place, and its unit 2^10 ulps */
 
-enum { PLACES = SPB_NEAR + 1 };     /* with the point's own */
+enum { PLACES = SPB_NEAR_MAX + 1 }; /* with the point's own */
 
 struct places {
     double axis[3][PLACES];         /* from the point's own, which is the first */
@@ -66,13 +67,13 @@ static double median(double *v, uint32_t count)
     return v[count / 2];
 }
 
-static double radius_of(const struct places *p, const struct spb_near *near)
+static double radius_of(const struct places *p, double furthest)
 {
     double nearest[PLACES];
-    if (near->count == 0)
+    if (p->count == 1)
         return ALONE;
     find_nearest(p, nearest);
-    const double share = SPB_SURFEL_SHARE * sqrt(near->at[near->count - 1][0]);
+    const double share = SPB_SURFEL_SHARE * sqrt(furthest);
     return smaller_of(share, SPB_SURFEL_LIMIT * sqrt(median(nearest, p->count)));
 }
 
@@ -185,21 +186,42 @@ static void sign_of_largest(double v[3])
         vec_scale(v, -1, v);
 }
 
+bool spb_surfel_on_line(const double from[3], const struct spb_near *near)
+{
+    const uint32_t count = near->count < SPB_NEAR ? near->count : SPB_NEAR;
+    double along[3], all = 0, beside = 0;
+    if (count < SPB_NEAR)
+        return false;
+    const double *furthest = near->at[count - 1];
+    vec_sub(furthest + 1, from, along);
+    for (uint32_t i = 0; i < count; i++) {
+        double v[3];
+        vec_sub(near->at[i] + 1, from, v);
+        const double dot = vec_dot(v, along);
+        all += near->at[i][0];
+        beside += near->at[i][0] - dot * dot / furthest[0];
+    }
+    return beside <= ON_LINE * all;
+}
+
 void spb_surfel_make(const double from[3], const struct spb_near *near, const float given[3],
                      struct spb_surfel *out)
 {
-    struct places p = {.count = near->count + 1};
+    const uint32_t most = spb_surfel_on_line(from, near) ? SPB_NEAR_MAX : SPB_NEAR;
+    const uint32_t count = near->count < most ? near->count : most;
+    const double furthest = count > 0 ? near->at[count - 1][0] : 0;
+    struct places p = {.count = count + 1};
     double normal[3] = {0, 0, 1};
     for (int a = 0; a < 3; a++) {
         p.axis[a][0] = 0;
-        for (uint32_t i = 0; i < near->count; i++)
+        for (uint32_t i = 0; i < count; i++)
             p.axis[a][i + 1] = near->at[i][1 + a] - from[a];
     }
-    out->radius = (float)radius_of(&p, near);
+    out->radius = (float)radius_of(&p, furthest);
     if (given == NULL ||
         !direction((const double[3]){(double)given[0], (double)given[1], (double)given[2]}, normal)) {
-        if (near->count > 0)
-            estimate(&p, near->at[near->count - 1][0], normal);
+        if (count > 0)
+            estimate(&p, furthest, normal);
         sign_of_largest(normal);
     }
     for (int a = 0; a < 3; a++)

@@ -12,7 +12,14 @@ struct spb_surfel {
 };
 
 /*
- * The disk of a point at from with these places near it. given is its normal in the file, of any
+ * Whether the SPB_NEAR places near a point at from are on a line with it: in a row of a scanner, whose next
+ * row is further away than so many points. Then SPB_NEAR_MAX places are to be found.
+ */
+bool spb_surfel_on_line(const double from[3], const struct spb_near *near);
+
+/*
+ * The disk of a point at from with these places near it, of which those beyond SPB_NEAR count if it is on a
+ * line. given is its normal in the file, of any
  * length, or NULL; where it is no direction the normal is estimated. Pure; only sqrt is used.
  */
 void spb_surfel_make(const double from[3], const struct spb_near *near, const float given[3],
