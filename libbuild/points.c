@@ -457,6 +457,15 @@ static enum spc_status look_around(struct search *s, struct spb_group *g, struct
     return n > 0 ? look_at_pages(s, g, n, err) : SPC_OK;
 }
 
+/* Both hold one place, which is the same: there may be thousands of parts of it. */
+static bool same_place(const struct spb_group *g, const struct part *part)
+{
+    bool same = true;
+    for (int a = 0; a < 3; a++)
+        same &= g->min[a] == g->max[a] && part->min[a] == g->min[a] && part->max[a] == g->min[a];
+    return same;
+}
+
 /* Points far from others, or without so many in their part: part after part, the nearest first. */
 static enum spc_status look_everywhere(struct search *s, struct spb_group *g, struct spc_error *err)
 {
@@ -465,7 +474,7 @@ static enum spc_status look_everywhere(struct search *s, struct spb_group *g, st
     uint32_t n = 0;
     for (uint32_t i = 0; i < e->plan->part_count; i++) {
         const double distance = spb_box_distance(g->min, g->max, e->parts[i].min, e->parts[i].max);
-        if (i != s->own && distance <= g->worst)
+        if (i != s->own && distance <= g->worst && !same_place(g, &e->parts[i]))
             s->parts[n++] = (struct found){distance, i, 0};
     }
     qsort(s->parts, n, sizeof *s->parts, by_distance);
