@@ -39,7 +39,7 @@ BINARIES := $(addprefix $(B)/,$(subst _,-,$(TOOLS))) $(B)/gen-scan
 Q := $(if $(V),,@)
 say := @echo "  "
 
-.PHONY: all demo check tests fuzz fuzzers flips conformance soak asan tsan bench decisions deps deps-check format tidy layers install uninstall deb clean help
+.PHONY: all demo check tests fuzz fuzzers flips conformance soak asan tsan bench decisions points deps deps-check format tidy layers install uninstall deb clean help
 .SECONDARY:                     # keep objects
 all: $(BINARIES)                ## the tools, into build/release/
 
@@ -101,10 +101,13 @@ $(B)/bench-bandwidth: $(call obj,tests/bench/bandwidth.c)
 	$(LINK)
 $(B)/bench-read: $(call obj,tests/bench/read.c) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build)
+$(B)/bench-clouds: $(call obj,tests/bench/clouds.c) $(B)/libspb.a $(B)/libspc.a
+	$(LINK) $(LIBS_build)
 $(B)/bench-%: $(call obj,tests/bench/%.c) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_format)
 bench: ; @scripts/install_deps build bench && $(MAKE) -j$$(nproc) all $(B)/bench-decode $(B)/bench-bandwidth && scripts/bench $(B) $(SCAN) && scripts/scaling $(B)  ## cost of the codecs, on a generated scan (SCAN=path: and on that one), and of larger scans (SCALING="1 10" million triangles)
 decisions: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-decisions $(B)/bench-orders && scripts/decisions $(B)  ## tables of spec/decisions.md, some minutes (SPC_DATA=folder: on folder/scans too)
+points: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-clouds && scripts/points $(B)  ## how well disks of points cover, some minutes (SPC_DATA=folder: on four of folder/scans too)
 
 # The same targets as in tests/test_fuzz_replay.c, driven by libFuzzer of clang.
 FUZZERS := $(addprefix $(B)/,fuzz_open fuzz_decode fuzz_verify)
