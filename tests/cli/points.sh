@@ -45,7 +45,7 @@ done
 # counts: a leaf a point, but for those that are nowhere
 sed 's/^element vertex .*/element vertex 6/; /^end_header/q' "$folder/statue.ply" >"$folder/six.ply"
 printf '%s\n' '0 0 0 1 2 3' 'nan 0 0 1 2 3' '1 0 0 4 5 6' '0 inf 0 1 2 3' '0 1 0 7 8 9' '0 0 1 7 8 9' >>"$folder/six.ply"
-expect 0 ".*dropped 2 points with a coordinate that is not finite.*" \
+expect 0 ".*dropped 2 points that are not finite.*" \
     "$tools/spc-build" "$folder/six.ply" -o "$folder/six.spc" --json
 for pair in points_in=6 leaves=4 faces_in=0 non_finite=2 closed=false degenerate=0; do
     [ "$(key "${pair%=*}")" = "${pair#*=}" ] || fail "six points: ${pair%=*} is $(key "${pair%=*}")"
@@ -54,12 +54,18 @@ grep -q '"name": "estimate points"' "$folder/out" || fail "no phase of estimatin
 grep -q ' 4 points, ' "$folder/err" || fail "the summary does not speak of points"
 expect 0 '' "$tools/spc-info" --verify=3 "$folder/six.spc"
 expect 0 '' "$tools/spc-info" "$folder/six.spc"
-grep -q 'a scan of 6 points' "$folder/out" || fail "spc-info does not speak of points"
-grep -q 'dropped    2 of 6 points' "$folder/out" || fail "spc-info does not say what was dropped"
+grep -q 'read       6 points = 4 leaves + 2 dropped' "$folder/out" || fail "spc-info does not speak of points"
 expect 1 '.*2 points are not finite.*' "$tools/spc-build" "$folder/six.ply" -o "$folder/b.spc" --strict
 expect 1 '.*points without normals.*' "$tools/spc-build" "$folder/six.ply" -o "$folder/b.spc" --cull back
 expect 1 '.*' "$tools/spc-build" "$folder/six.spc" -o "$folder/b.spc"
 one_line
+
+# several clouds make one archive, clouds and meshes do not
+expect 0 '' "$tools/spc-build" "$folder/six.ply" "$folder/statue.ply" -o "$folder/two.spc" --json
+[ "$(key points_in)" -gt 6000 ] && [ "$(key faces_in)" = 0 ] || fail "two clouds are not one archive"
+expect 0 '' "$tools/spc-info" --verify=3 "$folder/two.spc"
+expect 1 ".*/mesh.ply': it holds faces, but those before hold points alone.*" \
+    "$tools/spc-build" "$folder/six.ply" "$folder/mesh.ply" -o "$folder/b.spc"
 
 # few points, and many in one place
 for n in 0 1 2 3 40; do
