@@ -406,7 +406,9 @@ static enum spc_status read_points(struct build *b, struct spc_error *err)
     spb_survey_init(&s->survey);
     memcpy(s->survey.file_min, b->vertices.min, sizeof s->survey.file_min);
     memcpy(s->survey.file_max, b->vertices.max, sizeof s->survey.file_max);
+    const bool beyond_float = b->vertices.beyond_float;
     spb_vertices_release(&b->vertices);
+    b->vertices.beyond_float = beyond_float;        /* to be judged with the edges */
     return status;
 }
 
@@ -501,6 +503,8 @@ static enum spc_status estimate_points(struct build *b, const struct spb_record_
     if (status != SPC_OK)
         return status;
     judge_precision(b);
+    if (memcmp(b->stats.survey.file_min, b->stats.survey.file_max, sizeof b->stats.survey.file_min) == 0)
+        b->report->short_edge = 0;  /* one place: its disks are made up */
     spb_space_set_vertices(&b->space, spb_survey_short_edge(&b->stats.survey));
     return SPC_OK;
 }

@@ -42,6 +42,10 @@ END
     "$tools/spc-info" --verify=3 "$folder/a.spc" >/dev/null || fail "$name: not whole"
 done
 
+# doubles far from the origin have their digits
+expect 0 '' "$tools/spc-build" -q "$folder/far.ply" -o "$folder/far.spc"
+[ ! -s "$folder/err" ] || fail "a warning of doubles: $(cat "$folder/err")"
+
 # counts: a leaf a point, but for those that are nowhere
 sed 's/^element vertex .*/element vertex 6/; /^end_header/q' "$folder/statue.ply" >"$folder/six.ply"
 printf '%s\n' '0 0 0 1 2 3' 'nan 0 0 1 2 3' '1 0 0 4 5 6' '0 inf 0 1 2 3' '0 1 0 7 8 9' '0 0 1 7 8 9' >>"$folder/six.ply"
