@@ -111,10 +111,12 @@ points: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-clouds && scrip
 
 # The same targets as in tests/test_fuzz_replay.c, driven by libFuzzer of clang.
 FUZZERS := $(addprefix $(B)/,fuzz_open fuzz_decode fuzz_verify)
+SCAN_FUZZERS := $(addprefix $(B)/,fuzz_ply)
 FUZZ_SECONDS ?= 60
-fuzzers: $(FUZZERS) $(B)/fuzz_corpus
-$(FUZZERS): $(B)/fuzz_%: tests/fuzz/fuzz_entry.c $(B)/libtest.a $(B)/libspc.a Makefile
-	$(say) LINK $@ && $(CC) $(ALL_CFLAGS) -fsanitize=fuzzer -DFUZZ_TARGET=fuzz_$* $(filter %.c %.a,$^) -o $@ $(LIBS_format)
+fuzzers: $(FUZZERS) $(SCAN_FUZZERS) $(B)/fuzz_corpus
+$(FUZZERS): FUZZ_FLAGS := -DFUZZ_RESEAL
+$(FUZZERS) $(SCAN_FUZZERS): $(B)/fuzz_%: tests/fuzz/fuzz_entry.c $(B)/libtest.a $(B)/libspb.a $(B)/libspc.a Makefile
+	$(say) LINK $@ && $(CC) $(ALL_CFLAGS) -fsanitize=fuzzer $(FUZZ_FLAGS) -DFUZZ_TARGET=fuzz_$* $(filter %.c %.a,$^) -o $@ $(LIBS_build)
 $(B)/fuzz_corpus: $(call obj,tests/fuzz/fuzz_corpus.c) $(B)/libtest.a $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_test) $(LIBS_build)
 fuzz: ; @scripts/install_deps build test fuzz && $(MAKE) CONFIG=fuzz CC=clang fuzzers && scripts/fuzz build/fuzz $(FUZZ_SECONDS)  ## put random archives into the reader, FUZZ_SECONDS=60 a target; needs clang

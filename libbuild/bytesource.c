@@ -96,6 +96,12 @@ static enum spc_status take_file(struct spb_bytes *bytes, const struct stat *st,
 
 /* ---- the window -------------------------------------------------------------------------------- */
 
+/* No larger than the file: less memory, and memory checkers see a step over its end. */
+static size_t window_bytes(uint64_t file_bytes)
+{
+    return file_bytes < SPB_BYTES_WINDOW ? (size_t)file_bytes : SPB_BYTES_WINDOW;
+}
+
 enum spc_status spb_bytes_open(struct spb_bytes *bytes, const char *path, struct spb_temp *temp,
                                const struct spb_progress *progress, struct spc_error *err)
 {
@@ -115,13 +121,17 @@ enum spc_status spb_bytes_open(struct spb_bytes *bytes, const char *path, struct
         spb_bytes_close(bytes);
         return status;
     }
-    /* No larger than the file: less memory, and memory checkers see a step over its end. */
-    bytes->window_bytes = SPB_BYTES_WINDOW;
-    if (bytes->file_bytes < SPB_BYTES_WINDOW)
-        bytes->window_bytes = (size_t)bytes->file_bytes;
+    bytes->window_bytes = window_bytes(bytes->file_bytes);
     /* Advice only, so a refusal changes nothing. */
     (void)posix_fadvise(bytes->fd, 0, 0, POSIX_FADV_SEQUENTIAL);
     return SPC_OK;
+}
+
+void spb_bytes_open_memory(struct spb_bytes *bytes, const void *memory, size_t size, size_t step)
+{
+    *bytes = (struct spb_bytes){ .fd = -1, .memory = memory, .memory_step = step,
+                                 .window_bytes = window_bytes(size), .file_bytes = size };
+    bytes->buf = bytes->none;
 }
 
 void spb_bytes_close(struct spb_bytes *bytes)
@@ -158,6 +168,16 @@ void spb_bytes_seek(struct spb_bytes *bytes, uint64_t off)
     bytes->buf[0] = 0;
 }
 
+static ssize_t read_some(const struct spb_bytes *bytes, void *out, size_t room, uint64_t off)
+{
+    if (!bytes->memory)
+        return pread(bytes->fd, out, room, (off_t)off);
+    if (room > bytes->memory_step)
+        room = bytes->memory_step;
+    memcpy(out, bytes->memory + off, room);
+    return (ssize_t)room;
+}
+
 enum spc_status spb_bytes_fill(struct spb_bytes *bytes, size_t want, struct spc_error *err)
 {
     const size_t kept = spb_bytes_have(bytes);
@@ -179,7 +199,7 @@ enum spc_status spb_bytes_fill(struct spb_bytes *bytes, size_t want, struct spc_
         size_t room = bytes->window_bytes - bytes->end;
         if (room > bytes->file_bytes - off)
             room = (size_t)(bytes->file_bytes - off);
-        const ssize_t got = pread(bytes->fd, bytes->buf + bytes->end, room, (off_t)off);
+        const ssize_t got = read_some(bytes, bytes->buf + bytes->end, room, off);
         if (got < 0 && errno == EINTR)
             continue;
         if (got < 0)

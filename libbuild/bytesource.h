@@ -15,7 +15,9 @@
 enum { SPB_BYTES_WINDOW = 256 * 1024 };     /* most that spb_bytes_need can be asked for */
 
 struct spb_bytes {
-    int fd;                     /* -1: closed */
+    int fd;                     /* -1: closed, or in memory */
+    const uint8_t *memory;      /* in place of a file; borrowed */
+    size_t memory_step;         /* most that one read from there gives */
     struct spb_tmpfile *copy;   /* of a pipe: fd is this one's; else NULL */
     uint8_t *buf;               /* window_bytes + 1 bytes; or none, as long as nothing is read */
     uint8_t none[1];
@@ -35,6 +37,12 @@ struct spb_bytes {
  */
 enum spc_status spb_bytes_open(struct spb_bytes *bytes, const char *path, struct spb_temp *temp,
                                const struct spb_progress *progress, struct spc_error *err);
+
+/*
+ * The same over size bytes of memory, which must live until close. One read gives step bytes at
+ * most, so that values lie across the window's end as they do in large files.
+ */
+void spb_bytes_open_memory(struct spb_bytes *bytes, const void *memory, size_t size, size_t step);
 void spb_bytes_close(struct spb_bytes *bytes);
 
 /* Frees the window, until something is read again. Pointers into it die. */

@@ -82,57 +82,76 @@ static enum spc_status find_format(struct spb_source *source, struct spc_error *
     return source->format ? SPC_OK : fail_unknown(bytes, err);
 }
 
-static enum spc_status open_format(struct spb_source *source, bool salvage,
+/* What stands behind a source: a file, damaged perhaps, or bytes of a known format. */
+struct origin {
+    const char *path;
+    bool salvage;
+    const void *memory;
+    size_t size, step;
+    const struct spb_format *format;    /* of memory */
+};
+
+static enum spc_status open_origin(struct spb_source *source, const struct origin *from,
                                    const struct spb_source_options *options, struct spc_error *err)
 {
-    if (salvage) {
-        source->format = &spb_spc_format;
-        return spb_spc_salvage(&source->bytes, options, &source->info, &source->state, err);
-    }
-    const enum spc_status status = find_format(source, err);
+    struct spb_bytes *const bytes = &source->bytes;
+    enum spc_status status = SPC_OK;
+
+    if (from->memory)
+        spb_bytes_open_memory(bytes, from->memory, from->size, from->step);
+    else
+        status = spb_bytes_open(bytes, from->path, options->temp, options->progress, err);
+    source->info.file_bytes = bytes->file_bytes;
+    source->format = from->salvage ? &spb_spc_format : from->format;
+    if (status == SPC_OK && from->salvage)
+        return spb_spc_salvage(bytes, options, &source->info, &source->state, err);
+    if (status == SPC_OK && !source->format)
+        status = find_format(source, err);
     if (status != SPC_OK)
         return status;
-    return source->format->open(&source->bytes, options, &source->info, &source->state, err);
+    return source->format->open(bytes, options, &source->info, &source->state, err);
 }
 
-static enum spc_status open_file(const char *path, bool salvage,
-                                 const struct spb_source_options *options, struct spb_source **out,
-                                 struct spc_error *err)
+static enum spc_status open_source(const struct origin *from,
+                                   const struct spb_source_options *options,
+                                   struct spb_source **out, struct spc_error *err)
 {
     struct spb_source_options given = {.path = NULL};
     struct spb_source *source = calloc(1, sizeof *source);
-    enum spc_status status;
 
     *out = NULL;
     if (!source)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a scan reader");
     if (options)
         given = *options;
-    given.path = path;
-    status = spb_bytes_open(&source->bytes, path, given.temp, given.progress, err);
-    if (status != SPC_OK)
-        goto out;
-    source->info.file_bytes = source->bytes.file_bytes;
-    status = open_format(source, salvage, &given, err);
-    if (status != SPC_OK)
-        goto out;
-    *out = source;
-    source = NULL;
-out:
-    spb_source_close(source);
+    given.path = from->path;
+    const enum spc_status status = open_origin(source, from, &given, err);
+    if (status == SPC_OK)
+        *out = source;
+    else
+        spb_source_close(source);
     return status;
 }
 
 enum spc_status spb_source_open(const char *path, const struct spb_source_options *options,
                                 struct spb_source **out, struct spc_error *err)
 {
-    return open_file(path, false, options, out, err);
+    return open_source(&(struct origin){ .path = path }, options, out, err);
 }
 
 enum spc_status spb_source_salvage(const char *path, const struct spb_source_options *options,
                                    struct spb_source **out, struct spc_error *err)
 {
-    return open_file(path, true, options, out, err);
+    return open_source(&(struct origin){ .path = path, .salvage = true }, options, out, err);
+}
+
+enum spc_status spb_source_open_memory(const struct spb_format *format, const void *memory,
+                                       size_t size, size_t step, struct spb_source **out,
+                                       struct spc_error *err)
+{
+    const struct origin from = { .memory = memory, .size = size, .step = step, .format = format };
+
+    return open_source(&from, NULL, out, err);
 }
 
 void spb_source_close(struct spb_source *source)

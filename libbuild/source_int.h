@@ -31,6 +31,14 @@ struct spb_format {
     const char *(*remark)(void *state);
 };
 
+/*
+ * For tests: opens size bytes of memory, which must live until close, as this format whatever they
+ * look like. No read gives more than step bytes at a time. fails as spb_source_open
+ */
+enum spc_status spb_source_open_memory(const struct spb_format *format, const void *memory,
+                                       size_t size, size_t step, struct spb_source **out,
+                                       struct spc_error *err);
+
 /* A source that is no file: state goes to its format's close. fails SPC_NO_MEMORY, state untouched */
 enum spc_status spb_source_wrap(const struct spb_format *format, void *state,
                                 const struct spb_source_info *info, struct spb_source **out,

@@ -1,4 +1,7 @@
-/* fuzz_entry.c - libFuzzer's side of a target: compiled once for each, as FUZZ_TARGET. */
+/*
+ * fuzz_entry.c - libFuzzer's side of a target: compiled once for each, as FUZZ_TARGET; with
+ * FUZZ_RESEAL where the bytes are an archive.
+ */
 #include "fuzz.h"
 
 #include "mutate.h"
@@ -12,6 +15,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
     return FUZZ_TARGET(bytes, size);
 }
 
+#ifdef FUZZ_RESEAL
 /* Once in four what libFuzzer would do, so that what is not a field changes too, sizes included. */
 size_t LLVMFuzzerCustomMutator(uint8_t *bytes, size_t size, size_t size_max, unsigned seed)
 {
@@ -20,3 +24,4 @@ size_t LLVMFuzzerCustomMutator(uint8_t *bytes, size_t size, size_t size_max, uns
         size = LLVMFuzzerMutate(bytes, size, size_max);
     return mutate_and_reseal(bytes, size, &random);
 }
+#endif

@@ -1,0 +1,94 @@
+#include "scan_seeds.h"
+
+#include "ply_case.h"
+
+/* ---- PLY: each of these in text and in both byte orders -------------------------------------- */
+
+static void put_strips(struct file_text *f, int format)
+{
+    static const int values[] = { 0, 1, 2, 3, -1, 3, 2, 1 };
+    put(f, "element vertex 4\n" PLY_XYZ "element tristrips 1\n"
+        "property list int int vertex_indices\nend_header\n");
+    ply_vertices(f, format, 4);
+    ply_value(f, format, T_INT, 8);
+    for (int i = 0; i < 8; i++)
+        ply_value(f, format, T_INT, values[i]);
+    ply_row_end(f, format);
+}
+
+/* Faces first, lists in the vertices, values between those that are wanted. */
+static void put_lists(struct file_text *f, int format)
+{
+    put(f, "comment a scan\nobj_info num_cols 2\nelement face 2\nproperty uchar flags\n"
+        "property list ushort uint vertex_index\nproperty list uchar float texcoord\n"
+        "element vertex 3\nproperty double x\nproperty list uchar short more\n"
+        "property short y\nproperty int z\nelement edge 1\nproperty int vertex1\nend_header\n");
+    for (int i = 0; i < 2; i++) {
+        ply_value(f, format, T_UCHAR, i);
+        ply_value(f, format, T_USHORT, 3 + i);
+        for (int k = 0; k < 3 + i; k++)
+            ply_value(f, format, T_UINT, k);
+        ply_value(f, format, T_UCHAR, i);
+        for (int k = 0; k < i; k++)
+            ply_value(f, format, T_FLOAT, 0.5);
+        ply_row_end(f, format);
+    }
+    for (int i = 0; i < 3; i++) {
+        ply_value(f, format, T_DOUBLE, 0.1 * i);
+        ply_value(f, format, T_UCHAR, i);
+        for (int k = 0; k < i; k++)
+            ply_value(f, format, T_SHORT, -k);
+        ply_value(f, format, T_SHORT, i);
+        ply_value(f, format, T_INT, -i);
+        ply_row_end(f, format);
+    }
+    ply_value(f, format, T_INT, 7);
+    ply_row_end(f, format);
+}
+
+static void put_colors(struct file_text *f, int format, int type, double full, const char *names)
+{
+    put(f, "element vertex 3\n" PLY_XYZ);
+    for (int c = 0; c < 4; c++)
+        put(f, "property %s %s%s\n", ply_types[type].name, names,
+            (const char *const[]){ "red", "green", "blue", "alpha" }[c]);
+    put(f, "element face 1\n" PLY_INDEX_LIST "end_header\n");
+    for (int i = 0; i < 3; i++) {
+        for (int a = 0; a < 3; a++)
+            ply_value(f, format, T_FLOAT, i == a);
+        for (int c = 0; c < 4; c++)
+            ply_value(f, format, type, full * c / 3);
+        ply_row_end(f, format);
+    }
+    ply_face(f, format, 3, (const int[]){ 0, 1, 2 });
+}
+
+static void put_polygon(struct file_text *f, int format)
+{
+    put(f, "element vertex 5\n" PLY_XYZ "element face 3\n" PLY_INDEX_LIST "end_header\n");
+    ply_vertices(f, format, 5);
+    ply_face(f, format, 5, (const int[]){ 0, 1, 2, 3, 4 });
+    ply_face(f, format, 2, (const int[]){ 0, 1 });
+    ply_face(f, format, 4, (const int[]){ 3, -1, 99, 0 });
+}
+
+static bool ply_seed(uint32_t k, struct file_text *f)
+{
+    const int format = (int)(k % PLY_FORMAT_COUNT);
+    *f = ply_start(format);
+    switch (k / PLY_FORMAT_COUNT) {
+    case 0: put_polygon(f, format); return true;
+    case 1: put_strips(f, format); return true;
+    case 2: put_lists(f, format); return true;
+    case 3: put_colors(f, format, T_UCHAR, 255, ""); return true;
+    case 4: put_colors(f, format, T_USHORT, 65535, "diffuse_"); return true;
+    case 5: put_colors(f, format, T_FLOAT, 1, ""); return true;
+    default: free(f->data); return false;
+    }
+}
+
+bool scan_seed(int format, uint32_t k, struct file_text *out)
+{
+    (void)format;
+    return ply_seed(k, out);
+}
