@@ -105,6 +105,8 @@ $(B)/bench-read: $(call obj,tests/bench/read.c) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build)
 $(B)/bench-clouds: $(call obj,tests/bench/clouds.c) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build)
+$(B)/bench-readers: $(call obj,tests/bench/readers.c) $(B)/libspb.a $(B)/libspc.a
+	$(LINK) $(LIBS_build)
 $(B)/bench-%: $(call obj,tests/bench/%.c) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_format)
 bench: ; @scripts/install_deps build bench && $(MAKE) -j$$(nproc) all $(B)/bench-decode $(B)/bench-bandwidth && scripts/bench $(B) $(SCAN) && scripts/scaling $(B)  ## cost of the codecs, on a generated scan (SCAN=path: and on that one), and of larger scans (SCALING="1 10" million triangles)

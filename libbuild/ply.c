@@ -548,6 +548,7 @@ static enum spc_status ply_open(struct spb_bytes *bytes, const struct spb_source
     if (!ply)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a PLY reader");
     ply->bytes = bytes;
+    ply->text = (struct spb_text){ .bytes = bytes, .comment = '\n' };
     ply->color_full[0] = 65535;
     ply->color_full[1] = 1;
     for (size_t i = 0; i <= PLY_ELEMENT_MAX; i++)

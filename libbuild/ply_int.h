@@ -11,6 +11,7 @@
 
 #include "bytes.h"
 #include "ply.h"
+#include "text.h"
 
 enum {
     PLY_HEADER_BYTES_MAX = 1 << 20,
@@ -79,7 +80,7 @@ struct ply {
     uint64_t row_off;                   /* ascii: where that row began */
     uint64_t pass_off, pass_bytes;      /* start in this element; done in elements before it */
 
-    bool wrapped;                       /* ascii: the row under way goes over a line end */
+    struct spb_text text;               /* ascii; wrapped: the row under way goes over a line end */
     bool in_list;                       /* between two values of a face's or strip's list */
     uint64_t list_left;                 /* values of it still to come */
     uint64_t run;                       /* values of the polygon, or of the strip's run, so far */
