@@ -15,12 +15,14 @@
 #include "ply.h"
 #include "source_int.h"
 #include "spc_source.h"
+#include "stl.h"
 
 enum { SNIFF_BYTES = 512 };
 
 static const struct spb_format *const formats[] = {
     &spb_ply_format,
     &spb_spc_format,
+    &spb_stl_format,
     &spb_obj_format,
 };
 

@@ -36,10 +36,8 @@ bool spb_text_wider_than_float(const uint8_t *begin, const uint8_t *end, double 
     if (isinf(lost))
         return true;
     const int places = last_place(begin, end);
-    /* Doubles themselves are not exact: a hair more than half. */
-    if (places >= 0 && places < PLACES)
-        return lost > half_place[places] * (1 + 1e-6);
-    return lost > 0.5 * pow(10, -places) * (1 + 1e-6);
+    const double half = places >= 0 && places < PLACES ? half_place[places] : 0.5 * pow(10, -places);
+    return lost > half + fabs(value) * 0x1p-52;     /* doubles are not exact either */
 }
 
 enum spc_status spb_text_pass_value(struct spb_text *text, struct spc_error *err)

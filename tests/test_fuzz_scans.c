@@ -9,7 +9,7 @@
 
 #include <signal.h>
 
-static int (*const targets[SCAN_FORMATS])(const uint8_t *, size_t) = { fuzz_ply };
+static int (*const targets[SCAN_FORMATS])(const uint8_t *, size_t) = { fuzz_ply, fuzz_stl };
 
 static char input[200];             /* what is running, for the handler */
 
@@ -51,6 +51,7 @@ START_TEST(seeds_are_read_and_pass)
         scan_read_bytes(f.data, f.bytes, &s);
         ck_assert_msg(s.status == SPC_OK, "%s seed %u: %s", scan_seed_names[format], k,
                       s.err.what);
+        ck_assert_int_eq(strncmp(s.info.format, scan_seed_names[format], 3), 0);
         ck_assert_uint_gt(s.vertex_count, 0);
         scan_free(&s);
         run(format, k, f.data, f.bytes, "whole", 0);

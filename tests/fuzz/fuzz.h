@@ -15,6 +15,8 @@ int fuzz_open(const uint8_t *bytes, size_t size);       /* head: header, directo
 int fuzz_decode(const uint8_t *bytes, size_t size);     /* every block, node, vertex and top */
 int fuzz_verify(const uint8_t *bytes, size_t size);     /* spc_verify at level 3, every tree */
 
-int fuzz_ply(const uint8_t *bytes, size_t size);        /* as a scan: see fuzz_scan.h */
+/* As a scan: see fuzz_scan.h. */
+int fuzz_ply(const uint8_t *bytes, size_t size);
+int fuzz_stl(const uint8_t *bytes, size_t size);
 
 #endif

@@ -8,6 +8,7 @@
 #include "fuzz.h"
 #include "mutate.h"
 #include "ply.h"
+#include "stl.h"
 
 #include <assert.h>
 #include <string.h>
@@ -183,4 +184,9 @@ int fuzz_scan(const struct spb_format *format, const uint8_t *bytes, size_t size
 int fuzz_ply(const uint8_t *bytes, size_t size)
 {
     return fuzz_scan(&spb_ply_format, bytes, size);
+}
+
+int fuzz_stl(const uint8_t *bytes, size_t size)
+{
+    return fuzz_scan(&spb_stl_format, bytes, size);
 }

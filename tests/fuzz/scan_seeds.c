@@ -87,8 +87,45 @@ static bool ply_seed(uint32_t k, struct file_text *f)
     }
 }
 
+/* ---- STL -------------------------------------------------------------------------------------- */
+
+static void put_facets(struct file_text *f, const char *name, uint32_t declared, uint32_t count,
+                       unsigned word)
+{
+    put(f, "%-80s", name);
+    put_int(f, 4, declared);
+    for (uint32_t i = 0; i < count; i++) {
+        for (int k = 0; k < 12; k++)
+            put_real(f, 4, k == 2 || (k > 2 && (k + (int)i) % 3 == 0));
+        put_int(f, 2, word * i);
+    }
+}
+
+static const char *const stl_texts[] = {
+    "solid one\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1.5 0 -2e-3\n"
+    "   vertex 0 1 0\n  endloop\n endfacet\nendsolid one\n",
+    "solid\r\nfacet normal nan nan nan outer loop vertex 0 0 0 vertex 1 0 0 vertex 447751.123 1 0 "
+    "endloop endfacet\r\nendsolid\r\n# end\r\nSOLID b\r\nFACET OUTER LOOP VERTEX 1 2 3 VERTEX 4 5 6 "
+    "VERTEX 7 8 9 ENDLOOP ENDFACET\r\n",
+};
+
+static bool stl_seed(uint32_t k, struct file_text *f)
+{
+    enum { TEXTS = sizeof stl_texts / sizeof *stl_texts };
+    *f = (struct file_text){ .big = false };
+    switch (k) {
+    case TEXTS: put_facets(f, "made by hand", 2, 2, 0); return true;
+    case TEXTS + 1: put_facets(f, "solid with colours", 3, 3, 0x8421); return true;
+    case TEXTS + 2: put_facets(f, "COLOR=\x10\x20\x30\x40,MATERIAL=", 3, 3, 0x421); return true;
+    case TEXTS + 3: put_facets(f, "a wrong count", 9, 2, 0); return true;
+    default: break;
+    }
+    if (k < TEXTS)
+        put(f, "%s", stl_texts[k]);
+    return k < TEXTS;
+}
+
 bool scan_seed(int format, uint32_t k, struct file_text *out)
 {
-    (void)format;
-    return ply_seed(k, out);
+    return format == SCAN_PLY ? ply_seed(k, out) : stl_seed(k, out);
 }
