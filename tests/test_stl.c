@@ -210,8 +210,10 @@ START_TEST(what_has_no_facets_at_their_place_is_no_stl)
     ck_assert(strstr(s.err.what, "STL") != NULL);
     scan_free(&s);
     f = binary_start("numbers, but no normals", 9);
-    for (int i = 0; i < 25; i++)
+    for (int i = 0; i < 24; i++) {
         put_real(&f, 4, i + 3);
+        put_int(&f, i % 12 == 11 ? 2 : 0, 0);
+    }
     scan_read(&f, &s);
     scan_expect_failure(&s, SPC_INPUT_FORMAT, "not a scan in a known format");
     scan_free(&s);
