@@ -12,6 +12,7 @@
 #include <sys/stat.h>
 
 #include "obj.h"
+#include "off.h"
 #include "ply.h"
 #include "source_int.h"
 #include "spc_source.h"
@@ -23,6 +24,7 @@ static const struct spb_format *const formats[] = {
     &spb_ply_format,
     &spb_spc_format,
     &spb_stl_format,
+    &spb_off_format,
     &spb_obj_format,
 };
 

@@ -45,7 +45,7 @@ enum spc_status spb_text_pass_value(struct spb_text *text, struct spc_error *err
     struct spb_bytes *const b = text->bytes;
 
     for (;;) {
-        while (b->pos < b->end && !spb_is_blank(b->buf[b->pos]))
+        while (b->pos < b->end && !spb_is_blank(b->buf[b->pos]) && b->buf[b->pos] != text->comment)
             b->pos++;
         if (b->pos < b->end || spb_bytes_last(b))
             return SPC_OK;

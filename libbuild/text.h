@@ -63,6 +63,30 @@ static inline enum spc_status spb_text_to_value(struct spb_text *text, struct sp
     }
 }
 
+/*
+ * The same within the line: *more is false, and nothing moved over, at its end, at a comment or at
+ * the end of the file. fails SPC_IO
+ */
+static inline enum spc_status spb_text_to_value_in_line(struct spb_text *text, bool *more,
+                                                        struct spc_error *err)
+{
+    struct spb_bytes *const b = text->bytes;
+    for (;;) {
+        const uint8_t *p = b->buf + b->pos;
+        while (spb_is_blank(*p) && !spb_is_line_end(*p))
+            p++;
+        b->pos = (size_t)(p - b->buf);
+        if (spb_bytes_have(b) > SPB_TEXT_VALUE_MAX || spb_bytes_last(b))
+            break;
+        const enum spc_status status = spb_bytes_fill(b, SPB_TEXT_VALUE_MAX + 1, err);
+        if (status != SPC_OK)
+            return status;
+    }
+    const uint8_t next = b->buf[b->pos];
+    *more = spb_bytes_have(b) > 0 && !spb_is_line_end(next) && next != text->comment;
+    return SPC_OK;
+}
+
 /* A value may end at p: at a blank, a comment or the end of the file, not in the middle of a word. */
 static inline bool spb_text_ends(const struct spb_text *text, const uint8_t *p)
 {

@@ -9,7 +9,9 @@
 
 #include <signal.h>
 
-static int (*const targets[SCAN_FORMATS])(const uint8_t *, size_t) = { fuzz_ply, fuzz_stl };
+static int (*const targets[SCAN_FORMATS])(const uint8_t *, size_t) = {
+    fuzz_ply, fuzz_stl, fuzz_off
+};
 
 static char input[200];             /* what is running, for the handler */
 

@@ -25,7 +25,7 @@ START_TEST(files_of_no_known_format_are_named_as_such)
         const char *text, *part;
     } cases[] = {
         { "", "empty" }, { "p", "not a scan" }, { "pl\n", "not a scan" }, { "plyx\n", "not a scan" },
-        { "PLY\n", "known format (PLY, SPC" }, { " ply\n", "not a scan" }, { "solid x\n", "not a scan" },
+        { "PLY\n", "known format (PLY, SPC, " }, { " ply\n", "not a scan" }, { "solid x\n", "not a scan" },
         { "\x1f\x8b\x08 and so on", "gzip" }, { "PK\x03\x04 and so on", "zip" },
         { "version https://git-lfs.github.com/spec/v1\n", "Git LFS pointer" },
     };

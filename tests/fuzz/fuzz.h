@@ -18,5 +18,6 @@ int fuzz_verify(const uint8_t *bytes, size_t size);     /* spc_verify at level 3
 /* As a scan: see fuzz_scan.h. */
 int fuzz_ply(const uint8_t *bytes, size_t size);
 int fuzz_stl(const uint8_t *bytes, size_t size);
+int fuzz_off(const uint8_t *bytes, size_t size);
 
 #endif

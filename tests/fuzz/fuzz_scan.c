@@ -7,6 +7,7 @@
 
 #include "fuzz.h"
 #include "mutate.h"
+#include "off.h"
 #include "ply.h"
 #include "stl.h"
 
@@ -189,4 +190,9 @@ int fuzz_ply(const uint8_t *bytes, size_t size)
 int fuzz_stl(const uint8_t *bytes, size_t size)
 {
     return fuzz_scan(&spb_stl_format, bytes, size);
+}
+
+int fuzz_off(const uint8_t *bytes, size_t size)
+{
+    return fuzz_scan(&spb_off_format, bytes, size);
 }

@@ -125,7 +125,32 @@ static bool stl_seed(uint32_t k, struct file_text *f)
     return k < TEXTS;
 }
 
+/* ---- OFF -------------------------------------------------------------------------------------- */
+
+static const char *const off_texts[] = {
+    "OFF\n4 3 0\n0 0 0\n1 0 0\n1 1.5 -2e-3\n0 1 447751.123\n3 0 1 2\n4 0 1 2 3\n2 0 1\n",
+    "# made by hand\nCOFF 3 1 3 # counts\n0 0 0 255 0 0 255\n1 0 0 0 255 0 128\n0 1 0 0 0 255 0\n"
+    "3 0 1 2 0.5 0.5 0.5\n",
+    "STCNOFF\n3\n2\n5\n0 0 0 0 0 1 .5 1 0 0 1\n1 0 0 0 0 1 .5 1 0 1 1\n0 1 0 0 0 1 0 1e-1 0 1 0\n\n"
+    "3 0\n1 2\r\n3 -1 99 2 200 100 0 # colour\n bye",
+    "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    "\xef\xbb\xbfNOFF\r\n3 1\r\n0 0 0 0 0 1\r\n1 0 0 0 0 1\r\n0 1 0 0 0 1\r\n3 2 1 0\r\n",
+};
+
+static bool off_seed(uint32_t k, struct file_text *f)
+{
+    *f = (struct file_text){ .big = false };
+    if (k >= sizeof off_texts / sizeof *off_texts)
+        return false;
+    put(f, "%s", off_texts[k]);
+    return true;
+}
+
 bool scan_seed(int format, uint32_t k, struct file_text *out)
 {
-    return format == SCAN_PLY ? ply_seed(k, out) : stl_seed(k, out);
+    switch (format) {
+    case SCAN_PLY: return ply_seed(k, out);
+    case SCAN_STL: return stl_seed(k, out);
+    default: return off_seed(k, out);
+    }
 }
