@@ -49,10 +49,10 @@ static bool is_word(const uint8_t *p, const uint8_t *end, const char *word)
     return p == end || spb_is_blank(*p);
 }
 
-static bool begins_as_text(const uint8_t *head, size_t head_bytes)
+static bool begins_as_text(const uint8_t *head, size_t head_bytes, uint64_t file_bytes)
 {
     const uint8_t *const end = head + head_bytes, *p = head;
-    bool control = false;
+    bool control = false, keyword = false;
 
     if (head_bytes >= 3 && memcmp(head, "\xef\xbb\xbf", 3) == 0)
         p += 3;
@@ -64,10 +64,12 @@ static bool begins_as_text(const uint8_t *head, size_t head_bytes)
         return false;
     for (; p < end; p++) {
         control = control || (*p < ' ' && !spb_is_blank(*p));
+        keyword = keyword || is_word(p, end, "facet") || is_word(p, end, "endsolid");
         if (is_word(p, end, "facet") && p + 6 < end && is_word(p + 6, end, "normal"))
             return true;
     }
-    return !control;                    /* a long name, or no facets; binary counts have zeros */
+    /* Counts of binary files have zeros. A name may be longer than what is seen here. */
+    return !control && (keyword || file_bytes > head_bytes);
 }
 
 static bool plausible_facet(const uint8_t *p)
@@ -98,7 +100,7 @@ static bool looks_like_facets(const uint8_t *head, size_t head_bytes)
 
 static bool stl_sniff(const uint8_t *head, size_t head_bytes, uint64_t file_bytes)
 {
-    return count_fits(head, head_bytes, file_bytes) || begins_as_text(head, head_bytes) ||
+    return count_fits(head, head_bytes, file_bytes) || begins_as_text(head, head_bytes, file_bytes) ||
            looks_like_facets(head, head_bytes);
 }
 
@@ -137,7 +139,7 @@ static enum spc_status open_kind(struct stl *stl, const struct spb_source_option
         return status;
     const size_t have = spb_bytes_have(b) < HEAD_BYTES ? spb_bytes_have(b) : HEAD_BYTES;
     const uint8_t *const head = b->buf + b->pos;
-    stl->ascii = !count_fits(head, have, b->file_bytes) && begins_as_text(head, have);
+    stl->ascii = !count_fits(head, have, b->file_bytes) && begins_as_text(head, have, b->file_bytes);
     if (stl->ascii)
         return spb_stl_ascii_count(stl, options->progress, err);
     status = count_binary(stl, err);
