@@ -4,6 +4,8 @@
  */
 #include "mesh_shim.h"
 
+#include <OpenMesh/Core/IO/MeshIO.hh>
+#include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/Utils/PropertyManager.hh>
 
@@ -68,6 +70,22 @@ try {
     for (auto edge : mesh.edges())
         out->boundary_edges += mesh.is_boundary(edge);
     out->components = count_components(mesh);
+    return SPC_OK;
+} catch (const std::bad_alloc &) {
+    return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a mesh");
+} catch (...) {
+    return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "the mesh library failed");
+}
+
+extern "C" enum spc_status spb_mesh_read(const char *path, uint64_t *vertices, uint64_t *faces,
+                                         struct spc_error *err)
+try {
+    const QuietErrors quiet;
+    OpenMesh::PolyMesh_ArrayKernelT<> mesh;
+    if (!OpenMesh::IO::read_mesh(mesh, path))
+        return spc_fail(err, SPC_IO, SPC_NO_OFF, "the mesh library cannot read it");
+    *vertices = mesh.n_vertices();
+    *faces = mesh.n_faces();
     return SPC_OK;
 } catch (const std::bad_alloc &) {
     return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a mesh");

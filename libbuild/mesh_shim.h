@@ -27,6 +27,14 @@ enum spc_status spb_mesh_topology(const double (*xyz)[3], size_t vertex_count,
                                   const uint32_t (*face)[3], size_t face_count,
                                   struct spb_mesh_topology *out, struct spc_error *err);
 
+/*
+ * Reads a scan with the library's own reader, for tests to compare ours with: what it makes of the
+ * file, which is less than the file holds where faces would make an edge of more than two.
+ * fails  SPC_IO (it cannot), SPC_NO_MEMORY, SPC_INTERNAL
+ */
+enum spc_status spb_mesh_read(const char *path, uint64_t *vertices, uint64_t *faces,
+                              struct spc_error *err);
+
 #ifdef __cplusplus
 }
 #endif
