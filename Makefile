@@ -41,7 +41,7 @@ BINARIES := $(addprefix $(B)/,$(subst _,-,$(TOOLS))) $(B)/gen-scan
 Q := $(if $(V),,@)
 say := @echo "  "
 
-.PHONY: all demo check tests fuzz fuzzers sweep bench-readers flips conformance soak asan tsan bench decisions points deps deps-check format tidy layers install uninstall deb clean help
+.PHONY: all demo check tests fuzz fuzzers sweep flips conformance soak asan tsan bench decisions points deps deps-check format tidy layers install uninstall deb clean help
 .SECONDARY:                     # keep objects
 all: $(BINARIES)                ## the tools, into build/release/
 
@@ -109,7 +109,6 @@ $(B)/bench-readers: $(call obj,tests/bench/readers.c) $(B)/libspb.a $(B)/libspc.
 	$(LINK) $(LIBS_build)
 $(B)/bench-%: $(call obj,tests/bench/%.c) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_format)
-bench-readers: $(B)/bench-readers
 bench: ; @scripts/install_deps build bench && $(MAKE) -j$$(nproc) all $(B)/bench-decode $(B)/bench-readers $(B)/bench-bandwidth && scripts/bench $(B) $(SCAN) && scripts/scaling $(B)  ## cost of the codecs, on a generated scan (SCAN=path: and on that one), and of larger scans (SCALING="1 10" million triangles)
 decisions: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-decisions $(B)/bench-orders && scripts/decisions $(B)  ## tables of spec/decisions.md, some minutes (SPC_DATA=folder: on folder/scans too)
 points: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-clouds && scripts/points $(B)  ## how well disks of points cover, some minutes (SPC_DATA=folder: on four of folder/scans too)

@@ -88,14 +88,16 @@ static bool plausible_facet(const uint8_t *p)
 
 static bool looks_like_facets(const uint8_t *head, size_t head_bytes)
 {
-    size_t at = STL_HEADER_BYTES;
+    bool any = false;                   /* zeros, as damage leaves them, are no facets */
 
-    if (head_bytes < STL_HEADER_BYTES + STL_FACET_BYTES)
-        return false;
-    for (; at + STL_FACET_BYTES <= head_bytes; at += STL_FACET_BYTES)
+    for (size_t at = STL_HEADER_BYTES; at + STL_FACET_BYTES <= head_bytes; at += STL_FACET_BYTES) {
+        const uint8_t *const corner = head + at + STL_CORNERS_OFF;
         if (!plausible_facet(head + at))
             return false;
-    return true;
+        any = any || (memcmp(corner, corner + 12, 12) != 0 && memcmp(corner, corner + 24, 12) != 0 &&
+                      memcmp(corner + 12, corner + 24, 12) != 0);
+    }
+    return any;
 }
 
 static bool stl_sniff(const uint8_t *head, size_t head_bytes, uint64_t file_bytes)

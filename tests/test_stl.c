@@ -209,6 +209,12 @@ START_TEST(what_has_no_facets_at_their_place_is_no_stl)
     scan_expect_failure(&s, SPC_INPUT_FORMAT, "not a scan in a known format");
     ck_assert(strstr(s.err.what, "STL") != NULL);
     scan_free(&s);
+    f = binary_start("zeros", 9);
+    for (int i = 0; i < 100; i++)
+        put_int(&f, 1, 0);
+    scan_read(&f, &s);
+    scan_expect_failure(&s, SPC_INPUT_FORMAT, "not a scan in a known format");
+    scan_free(&s);
     f = binary_start("numbers, but no normals", 9);
     for (int i = 0; i < 24; i++) {
         put_real(&f, 4, i + 3);

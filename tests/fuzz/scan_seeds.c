@@ -96,7 +96,7 @@ static void put_facets(struct file_text *f, const char *name, uint32_t declared,
     put_int(f, 4, declared);
     for (uint32_t i = 0; i < count; i++) {
         for (int k = 0; k < 12; k++)
-            put_real(f, 4, k == 2 || (k > 2 && (k + (int)i) % 3 == 0));
+            put_real(f, 4, k == 2 || (k > 2 && k % 4 == (int)i % 4));
         put_int(f, 2, word * i);
     }
 }
