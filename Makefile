@@ -115,7 +115,7 @@ points: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-clouds && scrip
 
 # The same targets as in tests/test_fuzz_replay.c, driven by libFuzzer of clang.
 FUZZERS := $(addprefix $(B)/,fuzz_open fuzz_decode fuzz_verify)
-SCAN_FUZZERS := $(addprefix $(B)/,fuzz_ply fuzz_stl fuzz_off)
+SCAN_FUZZERS := $(addprefix $(B)/,fuzz_ply fuzz_stl fuzz_off fuzz_obj)
 FUZZ_SECONDS ?= 60
 SWEEP_RUNS ?= 100000000
 fuzzers: $(FUZZERS) $(SCAN_FUZZERS) $(B)/fuzz_corpus

@@ -10,7 +10,7 @@
 #include <signal.h>
 
 static int (*const targets[SCAN_FORMATS])(const uint8_t *, size_t) = {
-    fuzz_ply, fuzz_stl, fuzz_off
+    fuzz_ply, fuzz_stl, fuzz_off, fuzz_obj
 };
 
 static char input[200];             /* what is running, for the handler */

@@ -19,5 +19,6 @@ int fuzz_verify(const uint8_t *bytes, size_t size);     /* spc_verify at level 3
 int fuzz_ply(const uint8_t *bytes, size_t size);
 int fuzz_stl(const uint8_t *bytes, size_t size);
 int fuzz_off(const uint8_t *bytes, size_t size);
+int fuzz_obj(const uint8_t *bytes, size_t size);
 
 #endif

@@ -7,6 +7,7 @@
 
 #include "fuzz.h"
 #include "mutate.h"
+#include "obj.h"
 #include "off.h"
 #include "ply.h"
 #include "stl.h"
@@ -64,6 +65,8 @@ static struct pass vertex_pass(struct spb_source *source, unsigned batches_max)
             add_hash(&pass, b->xyz[i], sizeof b->xyz[i]);
             if (info->colors)
                 add_hash(&pass, b->rgba[i], sizeof b->rgba[i]);
+            if (info->normals)
+                add_hash(&pass, b->normal[i], sizeof b->normal[i]);
         }
     }
     hold_error(pass.status, &err);
@@ -195,4 +198,9 @@ int fuzz_stl(const uint8_t *bytes, size_t size)
 int fuzz_off(const uint8_t *bytes, size_t size)
 {
     return fuzz_scan(&spb_off_format, bytes, size);
+}
+
+int fuzz_obj(const uint8_t *bytes, size_t size)
+{
+    return fuzz_scan(&spb_obj_format, bytes, size);
 }

@@ -146,11 +146,32 @@ static bool off_seed(uint32_t k, struct file_text *f)
     return true;
 }
 
+/* ---- OBJ -------------------------------------------------------------------------------------- */
+
+static const char *const obj_texts[] = {
+    "# made by hand\nmtllib a.mtl\no one\nv 0 0 0\nv 1 0 0\nv 1 1.5 -2e-3\nv 0 1 447751.123\nvt 0 0\nvt 1 0\n"
+    "vn 0 0 1\ng a b\nusemtl c\ns off\nf 1/1/1 2/2/1 3/1/1\nf 1//1 2//1 3//1 4//1\nf 1/1 3/2 4/1\n",
+    "v 0 0 0 255 0 0\r\nv 1 0 0 0 255 0\r\nv 0 1 0 0 0 255 # blue\r\nf -3 -2 -1\r\nv 1 1 0\r\nf -1 -2 \\\r\n-3\r\n"
+    "f 0 9 1\r\nl 1 2\r\np 1\r\n",
+    "\xef\xbb\xbfv 0 0 0 1\rv 1 0 0 1\rv 0 1 0 0.5\rfo 1 2 3\rcurv 0 1 1 2\rf 1 2",
+    "v nan 0 0\nv 1 inf 0\n\nv 0 1 1e39 0.5 1 0.25 1\n",
+};
+
+static bool obj_seed(uint32_t k, struct file_text *f)
+{
+    *f = (struct file_text){ .big = false };
+    if (k >= sizeof obj_texts / sizeof *obj_texts)
+        return false;
+    put(f, "%s", obj_texts[k]);
+    return true;
+}
+
 bool scan_seed(int format, uint32_t k, struct file_text *out)
 {
     switch (format) {
     case SCAN_PLY: return ply_seed(k, out);
     case SCAN_STL: return stl_seed(k, out);
+    case SCAN_OBJ: return obj_seed(k, out);
     default: return off_seed(k, out);
     }
 }
