@@ -399,7 +399,7 @@ START_TEST(text_that_is_no_obj_is_not_taken_for_one)
 {
     static const char *const texts[] = {
         "hello world\n", "1 2 3\n4 5 6\n", "#!/bin/sh\necho v 1 2 3\n", "o Freunde, nicht diese Toene\n",
-        "v for vendetta\nf for fun\n", "# only a comment\n", "OFF\n3 1 0\n", "solid x\n", "g\n",
+        "v for vendetta\nf for fun\n", "# only a comment\n", "g\n",
         "int main(void)\n{\n}\n", "vt\n", "newmtl a\nKd 1 1 1\n", "x y z\n1 2 3\n",
     };
     struct file_text f = {.big = false};
