@@ -101,8 +101,6 @@ $(B)/tests/faults_%: $(call obj,tests/faults/faults_%.c tests/faults/faults_run.
 # Programs that measure: a file each in tests/bench/, built only for it. select and count need no GL.
 $(B)/bench-bandwidth: $(call obj,tests/bench/bandwidth.c)
 	$(LINK)
-$(B)/bench-read: $(call obj,tests/bench/read.c) $(B)/libspb.a $(B)/libspc.a
-	$(LINK) $(LIBS_build)
 $(B)/bench-clouds: $(call obj,tests/bench/clouds.c) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build)
 $(B)/bench-readers: $(call obj,tests/bench/readers.c) $(B)/libspb.a $(B)/libspc.a

@@ -12,8 +12,9 @@
 /* Of the time, about: ten to a hundred million triangles, binary PLY. */
 static const struct cli_share SHARES[] = {
     {"copy pipe", 0, 0}, {"count", 0, 0.05}, {"read vertices", 0.05, 0.02}, {"sort corners", 0.07, 0.03},
-    {"answer corners", 0.1, 0.05}, {"read faces", 0.15, 0.1}, {"plan parts", 0.25, 0.02},
-    {"build parts", 0.27, 0.72}, {"write archive", 0.99, 0.01}, {NULL, 0, 0},
+    {"answer corners", 0.1, 0.05}, {"read faces", 0.15, 0.1}, {"read points", 0.15, 0.1},
+    {"plan parts", 0.25, 0.02}, {"build parts", 0.27, 0.72}, {"estimate points", 0.27, 0.45},
+    {"build parts of points", 0.72, 0.27}, {"write archive", 0.99, 0.01}, {NULL, 0, 0},
 };
 
 /* ---- one archive --------------------------------------------------------------------------------- */

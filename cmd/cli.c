@@ -335,9 +335,9 @@ static void show_json(const char *phase, uint64_t done, uint64_t total, double n
 /* What a phase counts in bytes; others count parts or blocks. */
 static bool counts_bytes(const char *phase)
 {
-    static const char *const verbs[] = {"read", "copy", "count", "search"};
-    for (size_t i = 0; i < sizeof verbs / sizeof *verbs; i++)
-        if (strncmp(phase, verbs[i], strlen(verbs[i])) == 0)
+    static const char *const phases[] = {"copy pipe", "count", "read vertices", "read faces", "search"};
+    for (size_t i = 0; i < sizeof phases / sizeof *phases; i++)
+        if (strcmp(phase, phases[i]) == 0)
             return true;
     return false;
 }

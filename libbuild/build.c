@@ -19,8 +19,8 @@
 #include <time.h>
 
 const char *const spb_phase_name[SPB_PHASE_COUNT] = {
-    "read vertices", "sort corners", "read faces", "plan parts", "estimate points", "build parts",
-    "write archive",
+    "open scans", "read vertices", "sort corners", "read faces", "plan parts", "estimate points",
+    "build parts", "write archive",
 };
 
 void spb_build_defaults(struct spb_build_options *options)
@@ -480,7 +480,8 @@ static enum spc_status build_part(void *ctx, size_t i, struct spc_error *err)
 static int part_done(void *ctx, size_t done)
 {
     const struct build *b = ctx;
-    return spb_progress_tell(&b->progress, "build parts", done, b->plan.part_count);
+    return spb_progress_tell(&b->progress, b->points ? "build parts of points" : "build parts", done,
+                             b->plan.part_count);
 }
 
 /* Groups by normal serve back-face culling alone; elsewhere they would only cost bytes. */
@@ -672,7 +673,7 @@ static enum spc_status prepare(struct build *b, struct spc_error *err)
 static enum spc_status run_phases(struct build *b, struct spc_error *err)
 {
     static enum spc_status (*const phase[SPB_PHASE_COUNT])(struct build *, struct spc_error *) = {
-        read_vertices, NULL, read_faces, plan_parts, NULL, build_tree, write_archive,
+        prepare, read_vertices, NULL, read_faces, plan_parts, NULL, build_tree, write_archive,
     };
     enum spc_status status = SPC_OK;
     b->charged = cost_now(b);
@@ -698,8 +699,6 @@ enum spc_status spb_build(const struct spb_build_options *options, struct spb_bu
     if (temp == NULL)
         status = spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to start");
     b.temp.folder = temp;
-    if (status == SPC_OK)
-        status = prepare(&b, err);
     if (status == SPC_OK)
         status = run_phases(&b, err);
     if (file != NULL)

@@ -54,7 +54,7 @@ struct spb_build_options {          /* spb_build_defaults, then change */
     void *meta_ctx;
 };
 
-enum spb_phase { SPB_READ_VERTICES, SPB_SORT_CORNERS, SPB_READ_FACES, SPB_PLAN,
+enum spb_phase { SPB_OPEN, SPB_READ_VERTICES, SPB_SORT_CORNERS, SPB_READ_FACES, SPB_PLAN,
                  SPB_ESTIMATE_POINTS, SPB_BUILD_PARTS, SPB_WRITE_ARCHIVE, SPB_PHASE_COUNT };
 extern const char *const spb_phase_name[SPB_PHASE_COUNT];
 
