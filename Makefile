@@ -33,7 +33,7 @@ VIEWER := $(call obj,$(wildcard viewer/*.c))
 CLI := $(call obj,cmd/cli.c)
 META := $(call obj,cmd/meta.c)
 TOOLS := $(patsubst cmd/%.c,%,$(wildcard cmd/spc_*.c))
-TESTS := $(filter-out $(if $(filter 1,$(MESH)),,test_mesh_shim),$(patsubst tests/%.c,%,$(wildcard tests/test_*.c)))
+TESTS := $(filter-out $(if $(filter 1,$(MESH)),,test_mesh_shim test_assimp),$(patsubst tests/%.c,%,$(wildcard tests/test_*.c)))
 FAULTS := faults_inject.so $(patsubst tests/faults/%.c,%,$(wildcard tests/faults/faults_s*.c))
 BINARIES := $(addprefix $(B)/,$(subst _,-,$(TOOLS))) $(B)/gen-scan
 
@@ -89,6 +89,7 @@ $(B)/tests/test_%: $(call obj,tests/test_%.c) $(B)/libtest.a $(B)/libspv.a $(B)/
 	$(LINK) $(LIBS_test) $(LIBS_viewer) $(LIBS_build) $(LIBS_cmd)
 $(B)/tests/test_mesh_shim: $(call obj,libbuild/mesh_shim.cpp)
 $(B)/tests/test_mesh_shim: LIBS_test += -lOpenMeshCore -lstdc++
+$(B)/tests/test_assimp: LIBS_test += -lassimp
 
 # Faults of the system: a library before libc, and programs that run the tools with it.
 $(B)/tests/faults_inject.so: tests/faults/inject.c tests/faults/faults.h Makefile
