@@ -167,23 +167,32 @@ void spb_obj_show(const struct spb_bytes *b, const uint8_t *p, char shown[OBJ_SH
     memcpy(shown + length, more ? "..." : "", more ? 4 : 1);
 }
 
-/* Does the file end before the line does? A copy that broke off tells so, mostly. */
-static bool line_is_cut(const struct spb_bytes *b)
+/*
+ * Does the file end before the word does? A copy that broke off tells so, mostly. Whatever the window
+ * holds: what is far from the end is not cut.
+ */
+static bool word_is_cut(struct spb_bytes *b)
 {
+    enum { NEAR = 64 };
+    if (spb_bytes_rest(b) > NEAR || spb_bytes_need(b, NEAR, NULL) != SPC_OK)
+        return false;
+    const uint8_t *p = b->buf + b->pos;
     const uint8_t *const end = b->buf + b->end;
-    return spb_bytes_last(b) && find_line_end(b->buf + b->pos, end) == end;
+    while (p < end && !obj_is_blank(*p) && *p != '\n' && *p != '\r')
+        p++;
+    return p == end;
 }
 
 enum spc_status spb_obj_fail_line(const struct obj_text *t, struct spc_error *err,
                                   const char *fmt, ...)
 {
-    const bool cut = line_is_cut(t->bytes);
     char text[120];
     va_list args;
 
     va_start(args, fmt);
     vsnprintf(text, sizeof text, fmt, args);
     va_end(args);
+    const bool cut = word_is_cut(t->bytes);
     return spc_fail(err, cut ? SPC_INPUT_TRUNCATED : SPC_INPUT_FORMAT, spb_bytes_off(t->bytes),
                     "line %" PRIu64 ": %s%s", t->line, text, cut ? ", and the file ends" : "");
 }

@@ -395,6 +395,22 @@ START_TEST(a_cut_file_is_whole_or_named)
 }
 END_TEST
 
+/* A torn word is one that the file ends in, not one that what is left of the file is small behind. */
+START_TEST(a_bad_word_before_the_end_is_no_cut)
+{
+    static const int blanks[] = {1, 10, 60, 70, 300000};
+    for (size_t i = 0; i < sizeof blanks / sizeof *blanks; i++) {
+        struct file_text f = {.big = false};
+        struct scan s;
+        put(&f, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3/");
+        for (int n = 0; n < blanks[i]; n++)
+            put_bytes(&f, " ", 1);
+        scan_read(&f, &s);
+        scan_expect_failure(&s, SPC_INPUT_FORMAT, "line 4: '3/' is not a corner of a face");
+    }
+}
+END_TEST
+
 START_TEST(text_that_is_no_obj_is_not_taken_for_one)
 {
     static const char *const texts[] = {
@@ -685,6 +701,7 @@ int main(void)
                  printed_floats_are_never_taken_for_doubles,
                  malformed_lines_are_named,
                  a_cut_file_is_whole_or_named,
+                 a_bad_word_before_the_end_is_no_cut,
                  text_that_is_no_obj_is_not_taken_for_one,
                  files_may_begin_with_anything_obj_has,
                  lines_may_lie_anywhere_in_the_window,
