@@ -48,8 +48,11 @@ enum obj_keyword spb_obj_keyword(const struct obj_text *t, const uint8_t *p)
     if (p[0] == 'f' && (obj_word_ends(t, p + 1) || (p[1] == 'o' && obj_word_ends(t, p + 2))))
         return OBJ_FACE;
     for (size_t i = 0; i < sizeof KEYWORDS / sizeof *KEYWORDS; i++) {
-        const size_t length = strlen(KEYWORDS[i].word);
-        if (strncmp((const char *)p, KEYWORDS[i].word, length) == 0 && obj_word_ends(t, p + length))
+        const char *const word = KEYWORDS[i].word;
+        size_t length = 0;          /* no call: most lines of some files come here */
+        while (word[length] != '\0' && p[length] == (uint8_t)word[length])
+            length++;
+        if (word[length] == '\0' && obj_word_ends(t, p + length))
             return KEYWORDS[i].keyword;
     }
     return OBJ_UNKNOWN;
