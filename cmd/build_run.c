@@ -54,7 +54,7 @@ static enum spc_status build_archive(struct build_run *a, struct build_result *r
     *r = (struct build_result){.options = &a->build, .facts = a->build.facts};
     memset(a->build.facts, 0, (1 + (size_t)a->build.more_count) * sizeof *a->build.facts);
     const enum spc_status status = spb_build(&a->build, &r->report, &file, err);
-    cli_progress_end();
+    cli_progress_result(err);
     if (status != SPC_OK) {
         cli_error(file, err, build_remedy(err, file != a->build.out, a->build.strict));
         return status;

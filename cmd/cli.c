@@ -321,12 +321,17 @@ static void put_quoted(const char *name)
     json_decref(json);
 }
 
-static void show_json(const char *phase, uint64_t done, uint64_t total, double now)
+static void put_scan(void)
 {
     fputs("{\"scan\":", stderr);
     put_quoted(progress.file);
     if (progress.of > 0)
         fprintf(stderr, ",\"number\":%zu,\"of\":%zu", progress.number, progress.of);
+}
+
+static void show_json(const char *phase, uint64_t done, uint64_t total, double now)
+{
+    put_scan();
     fprintf(stderr, ",\"phase\":\"%s\",\"done\":%llu,\"total\":%llu,\"overall\":%.3f,\"seconds\":%.1f}\n", phase,
             (unsigned long long)done, (unsigned long long)total, progress.overall,
             now - progress.began);
@@ -421,4 +426,18 @@ void cli_progress_end(void)
     if (progress.line)
         fputs("\r\033[K", stderr);
     progress.line = false;
+}
+
+void cli_progress_result(const struct spc_error *err)
+{
+    cli_progress_end();
+    if (progress.mode != CLI_PROGRESS_JSON)
+        return;
+    put_scan();
+    fprintf(stderr, ",\"result\":\"%s\"", err->status == SPC_OK ? "done" : "failed");
+    if (err->status != SPC_OK) {
+        fprintf(stderr, ",\"status\":\"%s\",\"error\":", spc_status_name(err->status));
+        put_quoted(err->what);
+    }
+    fprintf(stderr, ",\"seconds\":%.1f}\n", cli_seconds() - progress.began);
 }

@@ -72,6 +72,9 @@ void cli_progress_begin(enum cli_progress_mode mode, const char *file, size_t nu
 int cli_progress(void *ctx, const char *phase, uint64_t done, uint64_t total);
 void cli_progress_end(void);        /* wipes the line */
 
+/* The same at the end of a file's work; json: says how it ended, err->status SPC_OK for well. */
+void cli_progress_result(const struct spc_error *err);
+
 /*
  * From now on SIGINT, SIGTERM and SIGHUP make cli_progress return non-zero instead of ending the
  * process, unless they are ignored already; a file over the limit of sizes is an error, no signal.

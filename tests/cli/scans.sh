@@ -88,6 +88,10 @@ expect 1 "spc-build: '/dev/zero': a device, not a scan" "$tools/spc-build" /dev/
 expect 0 '' "$tools/spc-build" --progress json --force "$folder/a.ply" "$folder/c.ply" --out-dir "$folder/out4"
 grep -q '^{"scan":".*/a.ply","number":1,"of":2,"phase":"read vertices","done":[0-9]*,"total":[0-9]*,"overall":0\.[0-9]*,"seconds":[0-9.]*}$' \
     "$folder/err" || fail "progress: $(cat "$folder/err")"
+grep -q '^{"scan":".*/c.ply","number":2,"of":2,"result":"done","seconds":[0-9.]*}$' "$folder/err" ||
+    fail "no result: $(cat "$folder/err")"
+expect 1 '\{"scan":".*/cut.ply","result":"failed","status":"INPUT_TRUNCATED","error":".*the file ends.*\}' \
+    "$tools/spc-build" --progress json "$folder/cut.ply" -o "$folder/x.spc"
 expect 0 '' "$tools/spc-build" "$folder/a.ply" --force -o "$folder/a.spc"
 grep -q '%' "$folder/err" && fail "progress without a terminal"
 
