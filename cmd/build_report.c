@@ -100,7 +100,8 @@ void build_print_summary(const struct build_result *r)
     const struct spb_build_report *b = &r->report;
     const struct spc_header *h = &b->header;
     const struct usage *u = &r->usage;
-    fprintf(stderr, "%s: %s %ss, %s nodes in %u clusters, %s (%.2f bytes a %s)\n", r->options->out,
+    cli_put_name(stderr, r->options->out);
+    fprintf(stderr, ": %s %ss, %s nodes in %u clusters, %s (%.2f bytes a %s)\n",
             cli_count_text(h->leaf_count, a), leaf_word(h), cli_count_text(h->node_count, d),
             h->cluster_count, cli_bytes_text(h->file_bytes, e),
             (double)h->file_bytes / (double)h->leaf_count, leaf_word(h));
@@ -120,8 +121,9 @@ void build_print_line(const struct build_result *r, size_t number, size_t of)
 {
     char a[CLI_TEXT], b[CLI_TEXT], c[CLI_TEXT];
     const struct spc_header *h = &r->report.header;
-    fprintf(stderr, "[%zu/%zu] %s: %s %ss", number, of, r->options->out,
-            cli_count_text(h->leaf_count, a), leaf_word(h));
+    fprintf(stderr, "[%zu/%zu] ", number, of);
+    cli_put_name(stderr, r->options->out);
+    fprintf(stderr, ": %s %ss", cli_count_text(h->leaf_count, a), leaf_word(h));
     if (dropped(h) > 0)
         fprintf(stderr, " (%s dropped)", cli_count_text(dropped(h), b));
     fprintf(stderr, ", %s, %.2f s\n", cli_bytes_text(h->file_bytes, c), r->usage.wall_s);

@@ -2,6 +2,7 @@
 #include "cli.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <jansson.h>
 #include <malloc.h>
 #include <math.h>
@@ -10,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <time.h>
 #include <unistd.h>
@@ -47,10 +49,23 @@ static void give_memory_back(void)
 #endif
 }
 
+/*
+ * Where standard streams are closed, the next files that are opened take their numbers: messages would
+ * go into the archive. Reading or writing what stands in for them fails, as it would have; messages vanish.
+ */
+static void fill_standard_streams(void)
+{
+    static const int modes[] = {O_WRONLY, O_RDONLY, O_WRONLY};
+    for (int fd = 0; fd < 3; fd++)
+        if (fcntl(fd, F_GETFD) < 0 && errno == EBADF)
+            (void)open("/dev/null", modes[fd]);         /* the lowest number that is free: this one */
+}
+
 void cli_init(const char *tool)
 {
     struct sigaction action = {.sa_flags = SA_SIGINFO};
     tool_name = tool;
+    fill_standard_streams();
     give_memory_back();
     action.sa_sigaction = on_unreadable;
     sigemptyset(&action.sa_mask);
@@ -62,8 +77,7 @@ bool cli_unreadable(void)
     return unreadable != 0;
 }
 
-/* File names come from outside: what a terminal would act on is shown as '?'. */
-static void put_name(FILE *out, const char *name)
+void cli_put_name(FILE *out, const char *name)
 {
     for (; *name; name++)
         fputc((unsigned char)*name < 0x20 || *name == 0x7F ? '?' : *name, out);
@@ -75,7 +89,7 @@ static void put_head(const char *file)
     fprintf(stderr, "%s: ", tool_name);
     if (file != NULL) {
         fputc('\'', stderr);
-        put_name(stderr, file);
+        cli_put_name(stderr, file);
         fputs("': ", stderr);
     }
 }
@@ -100,6 +114,7 @@ const char *cli_disk_remedy(const struct spc_error *err, const char *full)
     switch (err->os_errno) {
     case ENOSPC:
     case EDQUOT: return full;
+    case EMFILE: return "fewer scans at once, or a higher 'ulimit -n'";
     case EFBIG: return "files of that size are not allowed here, see 'ulimit -f'";
     default: return NULL;
     }
@@ -119,7 +134,7 @@ void cli_warn(const char *file, const char *fmt, ...)
 void cli_list(const char *file, const char *fault)
 {
     fputs("  '", stderr);
-    put_name(stderr, file);
+    cli_put_name(stderr, file);
     fprintf(stderr, "'%s%s\n", fault != NULL ? ": " : "", fault != NULL ? fault : "");
 }
 
@@ -337,7 +352,7 @@ static void show_json(const char *phase, uint64_t done, uint64_t total, double n
             now - progress.began);
 }
 
-/* What a phase counts in bytes; others count parts or blocks. */
+/* Phases that count bytes; others count parts, blocks, points or rows of pictures. */
 static bool counts_bytes(const char *phase)
 {
     static const char *const phases[] = {"copy pipe", "count", "read vertices", "read faces", "search"};
@@ -347,41 +362,66 @@ static bool counts_bytes(const char *phase)
     return false;
 }
 
-static void put_left(double left)
+/* A line of progress; what does not fit is left out. */
+struct line {
+    char text[160];
+    size_t length;
+};
+
+static void add(struct line *line, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
+
+static void add(struct line *line, const char *fmt, ...)
+{
+    const size_t room = sizeof line->text - line->length;
+    va_list args;
+    va_start(args, fmt);
+    const int n = vsnprintf(line->text + line->length, room, fmt, args);
+    va_end(args);
+    line->length += n < 0 ? 0 : (size_t)n < room ? (size_t)n : room - 1;
+}
+
+static void add_left(struct line *line, double left)
 {
     if (left < 99.5)
-        fprintf(stderr, ", about %.0f s left", left);
+        add(line, ", about %.0f s left", left);
     else if (left < 99.5 * 60)
-        fprintf(stderr, ", about %.0f min left", left / 60);
+        add(line, ", about %.0f min left", left / 60);
     else
-        fprintf(stderr, ", about %.1f h left", left / 3600);
+        add(line, ", about %.1f h left", left / 3600);
+}
+
+/* A line that a narrow terminal breaks could not be erased: its end is cut, one column is left free. */
+static void put_erasable(struct line *line)
+{
+    struct winsize size;
+    if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 && line->length >= size.ws_col)
+        line->text[size.ws_col - 1] = '\0';
+    fprintf(stderr, "\r%s\033[K", line->text);
+    progress.line = true;
 }
 
 static void show(const char *phase, uint64_t done, uint64_t total, double now)
 {
     char text[CLI_TEXT];
+    struct line line = {.length = 0};
     const double spent = now - progress.phase_began;
     const double elapsed = now - progress.began;
-    fputs(progress.mode == CLI_PROGRESS_AUTO ? "\r" : "", stderr);
     if (progress.of > 0)
-        fprintf(stderr, "[%zu/%zu] ", progress.number, progress.of);
+        add(&line, "[%zu/%zu] ", progress.number, progress.of);
     else
-        fprintf(stderr, "%s: ", tool_name);
-    fputs(phase, stderr);
+        add(&line, "%s: ", tool_name);
     if (total > 0)
-        fprintf(stderr, " %.0f %%", 100 * (double)done / (double)total);
+        add(&line, "%s %.0f %%", phase, 100 * (double)done / (double)total);
     else
-        fprintf(stderr, " %s", cli_bytes_text(done, text));
+        add(&line, "%s %s", phase, cli_bytes_text(done, text));
     if (spent > 0.5 && done > 0 && counts_bytes(phase))
-        fprintf(stderr, ", %s/s", cli_bytes_text((uint64_t)((double)done / spent), text));
+        add(&line, ", %s/s", cli_bytes_text((uint64_t)((double)done / spent), text));
     if (elapsed > 1 && progress.overall > 0.01)
-        put_left(elapsed / progress.overall - elapsed);
-    if (progress.mode == CLI_PROGRESS_AUTO) {
-        fputs("\033[K", stderr);
-        progress.line = true;
-    } else {
-        fputc('\n', stderr);
-    }
+        add_left(&line, elapsed / progress.overall - elapsed);
+    if (progress.mode == CLI_PROGRESS_AUTO)
+        put_erasable(&line);
+    else
+        fprintf(stderr, "%s\n", line.text);
 }
 
 static double share_of_all(const struct cli_share *shares, const char *phase, double done)

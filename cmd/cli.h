@@ -8,9 +8,14 @@
 
 #include "spc.h"
 
+#include <stdio.h>
+
 enum { EXIT_DONE = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, EXIT_INVALID = 3 };
 
-/* Name of the running tool, for messages; set first. Unreadable pages of mapped files become zeros. */
+/*
+ * Name of the running tool, for messages; set first. Unreadable pages of mapped files become zeros,
+ * standard streams that are closed stay unusable, but no other file takes their place.
+ */
 void cli_init(const char *tool);
 
 /* True once a page was unreadable: nothing that was read can be called whole. */
@@ -18,9 +23,12 @@ bool cli_unreadable(void);
 
 /* "tool: 'file': fault; remedy" on stderr. file and the remedy may be NULL. */
 void cli_error(const char *file, const struct spc_error *err, const char *remedy);
-/* What to do about a disk or file that can take no more, or NULL; full: about a full disk. */
+/* What to do about a disk, a file or a table of files that can take no more, or NULL; full: about a full disk. */
 const char *cli_disk_remedy(const struct spc_error *err, const char *full);
 void cli_warn(const char *file, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
+
+/* File names come from outside: what a terminal would act on is written as '?'. */
+void cli_put_name(FILE *out, const char *name);
 
 /* "  'file': fault" on stderr, a line of a list. fault may be NULL. */
 void cli_list(const char *file, const char *fault);

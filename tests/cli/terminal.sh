@@ -14,12 +14,13 @@ run terminal xterm &
 run dumb dumb &
 run pipe - &
 run quiet xterm -q &
+run narrow xterm:34 &
 wait
-for name in terminal dumb pipe quiet; do
+for name in terminal dumb pipe quiet narrow; do
     drawn=$(sed -n 's/^progress: //p' "$folder/$name.shown")
     sed 1d "$folder/$name.shown" >"$folder/rest"
     case $name$drawn in
-    dumb0 | pipe0 | terminal[1-9]* | quiet[1-9]*) ;;
+    dumb0 | pipe0 | terminal[1-9]* | quiet[1-9]* | narrow[1-9]*) ;;
     *) fail "progress: $name: $(cat "$folder/$name.shown")" ;;
     esac
     if [ $name = quiet ]; then

@@ -1,21 +1,25 @@
 """
-terminal.py TERM SCAN COMMAND...: runs a command that converts SCAN under a terminal, or with TERM '-' into a
-pipe, and prints what came. Progress is due after a second, so the tool is held for longer than that once it has begun; then
+terminal.py TERM[:COLUMNS] SCAN COMMAND...: runs a command that converts SCAN under a terminal, or with TERM '-'
+into a pipe, and prints what came. Progress is due after a second, so the tool is held for longer than that once it has begun; then
 little work is enough. Prints "progress: N" (lines of it that were drawn) and then what stays on the screen.
 """
+import fcntl
 import os
 import pty
 import re
 import signal
+import struct
 import sys
+import termios
 import time
 
 
-def start(term, command):
+def start(term, columns, command):
     if term == "-":
         ours, theirs = os.pipe()
     else:
         ours, theirs = pty.openpty()
+        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
     child = os.fork()
     if child == 0:
         os.environ["TERM"] = term
@@ -81,8 +85,10 @@ def screen(text):
 
 def main():
     term, scan, command = sys.argv[1], sys.argv[2], sys.argv[3:]
+    term, _, columns = term.partition(":")
+    columns = int(columns or 80)
     for _ in range(5):          # a busy machine may let it end before it can be held
-        child, source = start(term, command)
+        child, source = start(term, columns, command)
         if hold(child, scan):
             break
         text = read_all(source)
@@ -95,6 +101,9 @@ def main():
         sys.exit("the tool failed: %r" % text)
     if term == "-" and ("\033" in text or "\r" in text):
         sys.exit("a pipe gets what is for a terminal: %r" % text)
+    for drawn in re.findall(r"\r([^\r\n\033]*)\033\[K", text):
+        if len(drawn) >= columns:
+            sys.exit("progress breaks the line of %d columns: %r" % (columns, drawn))
     print("progress: %d" % len(re.findall(r"spc-build: [^\r\n]*\d %", text)))
     print(screen(text).rstrip("\n"))
 
