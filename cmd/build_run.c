@@ -17,6 +17,20 @@ static const struct cli_share SHARES[] = {
     {"build parts of points", 0.72, 0.27}, {"write archive", 0.99, 0.01}, {NULL, 0, 0},
 };
 
+/* Of points, of which only reading them tells; what comes before takes as long. */
+static const struct cli_share POINT_SHARES[] = {
+    {"read points", 0.07, 0.03}, {"plan parts", 0.1, 0.01}, {"estimate points", 0.11, 0.63},
+    {"build parts", 0.74, 0.25}, {"write archive", 0.99, 0.01}, {NULL, 0, 0},
+};
+
+static int tell(void *ctx, const char *phase, uint64_t done, uint64_t total)
+{
+    struct build_run *a = ctx;
+    if (strcmp(phase, POINT_SHARES[0].phase) == 0)
+        a->shares = POINT_SHARES;
+    return cli_progress((void *)(uintptr_t)a->shares, phase, done, total);
+}
+
 /* ---- one archive --------------------------------------------------------------------------------- */
 
 /* An archive built anew stays where it was. */
@@ -52,6 +66,7 @@ static enum spc_status build_archive(struct build_run *a, struct build_result *r
     const char *file = NULL;
     const double began = cli_seconds(), cpu_before = usage_cpu_seconds();
     *r = (struct build_result){.options = &a->build, .facts = a->build.facts};
+    a->shares = SHARES;
     memset(a->build.facts, 0, (1 + (size_t)a->build.more_count) * sizeof *a->build.facts);
     const enum spc_status status = spb_build(&a->build, &r->report, &file, err);
     cli_progress_result(err);
@@ -113,21 +128,26 @@ struct failure {
 struct batch {
     struct build_run *a;
     struct build_scans scans;
-    struct failure *failed;         /* [failed_count] */
-    size_t failed_count;
-    size_t done, skipped, dropped;
+    struct failure *failed;         /* [listed_count] */
+    size_t failed_count, listed_count;          /* fewer are listed when memory is short */
+    size_t done, skipped;
+    bool told;                      /* what could not be added has been */
     json_t *converted;              /* NULL without --json */
 };
 
 static void note_failure(struct batch *b, const char *name, const struct spc_error *err)
 {
-    struct failure *failed = realloc(b->failed, (b->failed_count + 1) * sizeof *failed);
-    if (failed != NULL) {
+    struct failure *failed = realloc(b->failed, (b->listed_count + 1) * sizeof *failed);
+    char *copy = strdup(name);
+    b->failed_count++;
+    if (failed != NULL)
         b->failed = failed;
-        failed[b->failed_count] = (struct failure){
-            strdup(name), strdup(err->what[0] ? err->what : spc_status_text(err->status)), err->status};
+    if (failed == NULL || copy == NULL) {
+        free(copy);
+        return;
     }
-    b->failed_count += failed != NULL;
+    failed[b->listed_count++] = (struct failure){
+        copy, strdup(err->what[0] ? err->what : spc_status_text(err->status)), err->status};
 }
 
 /* For scans that a command line or a list names: those that cannot be added are failures of their own. */
@@ -138,11 +158,11 @@ static enum spc_status add_scan(void *ctx, const char *name, struct spc_error *e
     const enum spc_status status = build_scans_add(&b->scans, name, &own);
     if (status == SPC_OK)
         return SPC_OK;
+    cli_error(name, &own, NULL);
     if (b->a->out_dir == NULL || status == SPC_NO_MEMORY) {
-        cli_error(name, &own, NULL);
+        b->told = true;
         return spc_fail(err, status, SPC_NO_OFF, "%s", own.what);
     }
-    cli_error(name, &own, NULL);
     note_failure(b, name, &own);
     return SPC_OK;
 }
@@ -150,41 +170,30 @@ static enum spc_status add_scan(void *ctx, const char *name, struct spc_error *e
 static bool is_up_to_date(const char *scan, const char *archive)
 {
     struct stat s, t;
-    return stat(scan, &s) == 0 && stat(archive, &t) == 0 &&
+    return strcmp(scan, "-") != 0 && stat(scan, &s) == 0 && stat(archive, &t) == 0 &&
            (t.st_mtim.tv_sec > s.st_mtim.tv_sec ||
             (t.st_mtim.tv_sec == s.st_mtim.tv_sec && t.st_mtim.tv_nsec >= s.st_mtim.tv_nsec));
 }
 
-/* Two folders may hold scans of one name. */
-static bool is_taken(const struct batch *b, size_t i, const char *target)
-{
-    bool taken = false;
-    for (size_t k = 0; k < i && !taken; k++) {
-        char *other = build_scans_target(&b->scans, k, b->a->out_dir);
-        taken = other != NULL && strcmp(other, target) == 0;
-        free(other);
-    }
-    return taken;
-}
-
-static enum spc_status convert(struct batch *b, size_t i, const char *target, struct spc_error *err)
+static enum spc_status convert(struct batch *b, size_t i, const struct build_target *target,
+                               struct spc_error *err)
 {
     struct build_run *a = b->a;
     struct build_result r;
     struct spb_scan_facts facts;
     const char *scan = b->scans.path[i];
-    if (is_taken(b, i, target)) {
+    if (target->taken) {            /* two folders may hold scans of one name */
         spc_fail(err, SPC_EXISTS, SPC_NO_OFF, "its archive would be called '%.100s', as that of an earlier scan",
-                 target);
+                 target->path);
         cli_error(scan, err, "convert it on its own, with -o");
         return err->status;
     }
-    if (a->update && is_up_to_date(scan, target)) {
+    if (a->update && is_up_to_date(scan, target->path)) {
         b->skipped++;
         return SPC_OK;
     }
     a->build.scan = scan;
-    a->build.out = target;
+    a->build.out = target->path;
     a->build.facts = &facts;
     a->build.force |= a->update;
     cli_progress_begin(a->progress, scan, i + 1, b->scans.count);
@@ -201,7 +210,7 @@ static enum spc_status convert(struct batch *b, size_t i, const char *target, st
 static json_t *batch_json(struct batch *b)
 {
     json_t *failed = json_array();
-    for (size_t i = 0; i < b->failed_count; i++)
+    for (size_t i = 0; i < b->listed_count; i++)
         json_array_append_new(failed, json_pack("{s:o, s:s, s:o}", "scan", meta_name(b->failed[i].name),
                                                 "status", spc_status_name(b->failed[i].status), "error",
                                                 meta_name(b->failed[i].what)));
@@ -210,57 +219,70 @@ static json_t *batch_json(struct batch *b)
 }
 
 /* The last lines must tell all: nobody scrolls back at night. */
-static void print_batch(const struct batch *b, bool stopped)
+static void print_batch(const struct batch *b, size_t left)
 {
-    const size_t rest = b->scans.count - b->done - b->skipped;
     fprintf(stderr, "%zu converted", b->done);
     if (b->skipped > 0)
         fprintf(stderr, ", %zu up to date", b->skipped);
     fprintf(stderr, ", %zu failed", b->failed_count);
-    if (stopped)
-        fprintf(stderr, "; stopped before the other %zu", rest > b->failed_count ? rest - b->failed_count : 0);
+    if (left > 0)
+        fprintf(stderr, "; stopped before the other %zu", left);
     if (b->scans.passed_over > 0)
         fprintf(stderr, "; %zu file%s not named as a scan passed over", b->scans.passed_over,
                 b->scans.passed_over == 1 ? "" : "s");
     fputs(b->failed_count > 0 ? ":\n" : "\n", stderr);
-    for (size_t i = 0; i < b->failed_count; i++)
+    for (size_t i = 0; i < b->listed_count; i++)
         cli_list(b->failed[i].name, b->failed[i].what);
+}
+
+/* Before the long work: a folder that is none would fail every scan once it has been read. */
+static int make_folder(const char *folder)
+{
+    struct spc_error err = {0};
+    struct stat st;
+    if (mkdir(folder, 0777) == 0)
+        return EXIT_DONE;
+    if (errno != EEXIST)
+        spc_fail_os(&err, errno, "cannot create the folder");
+    else if (stat(folder, &st) != 0 || !S_ISDIR(st.st_mode))
+        spc_fail(&err, SPC_IO, SPC_NO_OFF, "not a folder, so no archives can be put there");
+    else
+        return EXIT_DONE;
+    cli_error(folder, &err, NULL);
+    return EXIT_FAILED;
 }
 
 static int build_batch(struct batch *b)
 {
     struct build_run *a = b->a;
+    struct build_target *targets;
+    size_t tried = 0;
     bool stopped = false;
-    int code = EXIT_DONE;
-    if (mkdir(a->out_dir, 0777) != 0 && errno != EEXIST) {
-        struct spc_error err = {0};
-        spc_fail_os(&err, errno, "cannot create the folder");
-        cli_error(a->out_dir, &err, NULL);
-        return EXIT_FAILED;
-    }
+    int code = make_folder(a->out_dir);
+    if (code != EXIT_DONE)
+        return code;
+    targets = build_scans_targets(&b->scans, a->out_dir);
+    if (targets == NULL)
+        return fail_plain(a->out_dir, SPC_NO_MEMORY, "no memory for the archives' names");
     b->converted = a->json ? json_array() : NULL;
-    for (size_t i = 0; i < b->scans.count && !stopped; i++) {
+    for (; tried < b->scans.count && !stopped; tried++) {
         struct spc_error err = {0};
-        char *target = build_scans_target(&b->scans, i, a->out_dir);
-        if (target == NULL)
-            spc_fail(&err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the archive's name");
-        else
-            convert(b, i, target, &err);
+        convert(b, tried, &targets[tried], &err);
         if (err.status != SPC_OK)
-            note_failure(b, b->scans.path[i], &err);
+            note_failure(b, b->scans.path[tried], &err);
         stopped = err.status == SPC_CANCELLED;
-        free(target);
     }
+    build_scans_targets_free(targets, b->scans.count);
     if (a->json)
         code = print_json(a->out_dir, batch_json(b));
     if (!a->quiet || b->failed_count > 0)
-        print_batch(b, stopped);
+        print_batch(b, b->scans.count - tried);
     return b->failed_count > 0 ? EXIT_FAILED : code;
 }
 
 static void batch_free(struct batch *b)
 {
-    for (size_t i = 0; i < b->failed_count; i++) {
+    for (size_t i = 0; i < b->listed_count; i++) {
         free(b->failed[i].name);
         free(b->failed[i].what);
     }
@@ -288,12 +310,12 @@ int build_run(struct build_run *a, char **names)
     enum spc_status status = SPC_OK;
     a->build.meta = make_meta;
     a->build.meta_ctx = a;
-    a->build.progress = (struct spb_progress){cli_progress, (void *)SHARES};
+    a->build.progress = (struct spb_progress){tell, a};
     for (; *names != NULL && status == SPC_OK; names++)
         status = add_scan(&b, *names, &err);
     if (status == SPC_OK && a->list != NULL) {
         status = build_scans_list(a->list, add_scan, &b, &err);
-        if (status == SPC_IO)
+        if (status != SPC_OK && !b.told)
             cli_error(a->list, &err, NULL);
     }
     int code = status == SPC_OK ? check_arguments(a, &b.scans) : EXIT_FAILED;

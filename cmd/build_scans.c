@@ -63,8 +63,8 @@ static enum spc_status add_entry(struct build_scans *s, const char *folder, cons
     char *path = joined(folder, name);
     if (path == NULL)
         return no_memory(err);
-    if (stat(path, &st) == 0 && S_ISDIR(st.st_mode)) {
-        free(path);                 /* folders in folders have to be named */
+    if (stat(path, &st) == 0 && !S_ISREG(st.st_mode)) {
+        free(path);                 /* folders in folders have to be named; a pipe might be waited for */
         return SPC_OK;
     }
     if (named_as_scan(name))
@@ -110,7 +110,7 @@ static enum spc_status add_folder(struct build_scans *s, const char *folder, str
 enum spc_status build_scans_add(struct build_scans *s, const char *name, struct spc_error *err)
 {
     struct stat st;
-    if (stat(name, &st) == 0 && S_ISDIR(st.st_mode))
+    if (strcmp(name, "-") != 0 && stat(name, &st) == 0 && S_ISDIR(st.st_mode))
         return add_folder(s, name, err);
     return append(s, strdup(name), err);
 }
@@ -118,8 +118,9 @@ enum spc_status build_scans_add(struct build_scans *s, const char *name, struct 
 enum spc_status build_scans_list(const char *list, build_scans_fn each, void *ctx,
                                  struct spc_error *err)
 {
+    static const char mark[] = "\xef\xbb\xbf";       /* of some Windows editors */
     char *line = NULL;
-    size_t room = 0;
+    size_t room = 0, lines = 0;
     ssize_t n;
     enum spc_status status = SPC_OK;
     FILE *f = strcmp(list, "-") == 0 ? stdin : fopen(list, "r");
@@ -129,8 +130,9 @@ enum spc_status build_scans_list(const char *list, build_scans_fn each, void *ct
     while (status == SPC_OK && (n = getline(&line, &room, f)) >= 0) {
         while (n > 0 && strchr("\r\n", line[n - 1]) != NULL)
             line[--n] = '\0';
-        if (n > 0 && line[0] != '#')
-            status = each(ctx, line, err);
+        const size_t begin = lines++ == 0 && strncmp(line, mark, 3) == 0 ? 3 : 0;
+        if (line[begin] != '\0' && line[begin] != '#')
+            status = each(ctx, line + begin, err);
         errno = 0;
     }
     if (status == SPC_OK && (ferror(f) || errno == ENOMEM))
@@ -165,24 +167,79 @@ static size_t stem_bytes(const char *base)
     return dot != NULL && dot != base ? (size_t)(dot - base) : strlen(base);
 }
 
-static bool share_stem(const char *a, const char *b)
+struct name {
+    const char *base;
+    size_t stem;                    /* bytes of base before its ending */
+    size_t index;
+    char *path;                     /* of the archive */
+};
+
+static int by_stem(const void *a, const void *b)
 {
-    const size_t n = stem_bytes(a);
-    return n == stem_bytes(b) && strncmp(a, b, n) == 0;
+    const struct name *x = a, *y = b;
+    const size_t least = x->stem < y->stem ? x->stem : y->stem;
+    const int order = strncmp(x->base, y->base, least);
+    return order != 0 ? order : (x->stem > y->stem) - (x->stem < y->stem);
 }
 
-char *build_scans_target(const struct build_scans *s, size_t i, const char *folder)
+static int by_path(const void *a, const void *b)
 {
-    const char *base = base_of(s->path[i]);
-    size_t n = stem_bytes(base);
-    for (size_t k = 0; k < s->count; k++)
-        if (k != i && share_stem(base, base_of(s->path[k])))
-            n = strlen(base);
-    char *name = malloc(n + 5);
-    if (name == NULL)
-        return NULL;
-    snprintf(name, n + 5, "%.*s.spc", (int)n, base);
-    char *path = joined(folder, name);
+    const struct name *x = a, *y = b;
+    const int order = strcmp(x->path, y->path);
+    return order != 0 ? order : (x->index > y->index) - (x->index < y->index);
+}
+
+static char *archive_path(const struct name *n, bool alone, const char *folder)
+{
+    const size_t bytes = alone ? n->stem : strlen(n->base);
+    char *name = malloc(bytes + 5), *path = NULL;
+    if (name != NULL) {
+        snprintf(name, bytes + 5, "%.*s.spc", (int)bytes, n->base);
+        path = joined(folder, name);
+    }
     free(name);
     return path;
+}
+
+/* Sorted by stem, those that share one are neighbours; sorted by path, so are those that clash. */
+static bool name_archives(struct name *names, size_t count, const char *folder, struct build_target *out)
+{
+    bool all = true;
+    qsort(names, count, sizeof *names, by_stem);
+    for (size_t i = 0; i < count; i++) {
+        const bool alone = (i == 0 || by_stem(&names[i - 1], &names[i]) != 0) &&
+                           (i + 1 == count || by_stem(&names[i + 1], &names[i]) != 0);
+        names[i].path = out[names[i].index].path = archive_path(&names[i], alone, folder);
+        all &= names[i].path != NULL;
+    }
+    if (!all)
+        return false;
+    qsort(names, count, sizeof *names, by_path);
+    for (size_t i = 1; i < count; i++)
+        out[names[i].index].taken = strcmp(names[i - 1].path, names[i].path) == 0;
+    return true;
+}
+
+struct build_target *build_scans_targets(const struct build_scans *s, const char *folder)
+{
+    struct name *names = malloc((s->count + 1) * sizeof *names);
+    struct build_target *out = calloc(s->count + 1, sizeof *out);
+    bool done = names != NULL && out != NULL;
+    for (size_t i = 0; i < s->count && done; i++) {
+        const char *base = base_of(s->path[i]);
+        names[i] = (struct name){.base = base, .stem = stem_bytes(base), .index = i};
+    }
+    done = done && name_archives(names, s->count, folder, out);
+    free(names);
+    if (done)
+        return out;
+    build_scans_targets_free(out, s->count);
+    return NULL;
+}
+
+void build_scans_targets_free(struct build_target *targets, size_t count)
+{
+    for (size_t i = 0; targets != NULL && i < count; i++)
+        free(targets[i].path);
+    free(targets);
 }

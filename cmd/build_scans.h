@@ -12,14 +12,14 @@ struct build_scans {                /* all zero: none */
 };
 
 /*
- * Adds a file as it is; of a folder the files in it that are named *.ply, *.obj, *.stl or *.off, in
+ * Adds a file as it is; of a folder the plain files in it that are named *.ply, *.obj, *.stl or *.off, in
  * the order of their names. fails  SPC_NO_MEMORY, SPC_IO, SPC_INPUT_EMPTY (a folder without a scan)
  */
 enum spc_status build_scans_add(struct build_scans *scans, const char *name, struct spc_error *err);
 
 /*
  * Adds what a list names, a file or folder a line; "-" is standard input. Blank lines and those that
- * begin with # are none. each: called for every name. fails  SPC_IO, SPC_NO_MEMORY, those of each
+ * begin with # are none, nor is a byte order mark at its begin a part of a name. each: called for every name. fails  SPC_IO, SPC_NO_MEMORY, those of each
  */
 typedef enum spc_status (*build_scans_fn)(void *ctx, const char *name, struct spc_error *err);
 enum spc_status build_scans_list(const char *list, build_scans_fn each, void *ctx,
@@ -27,10 +27,16 @@ enum spc_status build_scans_list(const char *list, build_scans_fn each, void *ct
 
 void build_scans_free(struct build_scans *scans);
 
+struct build_target {
+    char *path;
+    bool taken;                     /* the archive of an earlier scan is called the same */
+};
+
 /*
- * The archive of scan i in folder: its name with .spc for its ending, or behind it where another
- * scan's archive would be called the same. From malloc; NULL without memory.
+ * The archives of all scans, in folder: their names with .spc for the ending, or behind it where
+ * another scan's archive would be called the same. [count]; NULL without memory.
  */
-char *build_scans_target(const struct build_scans *scans, size_t i, const char *folder);
+struct build_target *build_scans_targets(const struct build_scans *scans, const char *folder);
+void build_scans_targets_free(struct build_target *targets, size_t count);
 
 #endif
