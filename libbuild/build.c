@@ -226,8 +226,11 @@ static enum spc_status check_space(const char *folder, uint64_t needed, const ch
     const double available = (double)fs.f_bavail * (double)fs.f_frsize;
     if (available >= (double)needed)
         return SPC_OK;
-    return spc_fail_os(err, ENOSPC, "%s takes about %.1f GB in '%.80s', which has %.1f GB left", of,
-                       (double)needed * 1e-9, folder, available * 1e-9);
+    const bool large = needed >= (uint64_t)1 << 30;     /* units of 1024, as the tools print them */
+    const double unit = large ? 0x1p30 : 0x1p20;
+    return spc_fail_os(err, ENOSPC, "%s takes about %.1f %s in '%.80s', which has %.1f %s left", of,
+                       (double)needed / unit, large ? "GB" : "MB", folder, available / unit,
+                       large ? "GB" : "MB");
 }
 
 static enum spc_status read_vertices(struct build *b, struct spc_error *err)
