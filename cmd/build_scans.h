@@ -19,7 +19,8 @@ enum spc_status build_scans_add(struct build_scans *scans, const char *name, str
 
 /*
  * Adds what a list names, a file or folder a line; "-" is standard input. Blank lines and those that
- * begin with # are none, nor is a byte order mark at its begin a part of a name. each: called for every name. fails  SPC_IO, SPC_NO_MEMORY, those of each
+ * begin with # are none, nor is a byte order mark at its begin a part of a name. each: called for
+ * every name. fails  SPC_IO, SPC_NO_MEMORY, those of each
  */
 typedef enum spc_status (*build_scans_fn)(void *ctx, const char *name, struct spc_error *err);
 enum spc_status build_scans_list(const char *list, build_scans_fn each, void *ctx,

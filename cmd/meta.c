@@ -58,10 +58,14 @@ json_t *meta_sources(const struct spb_build_options *b)
 
 /* ---- coordinates ------------------------------------------------------------------------------- */
 
+/* Archives come from anybody: what no tool writes, such as what a terminal would act on, is no word. */
 static void copy_word(const json_t *from, const char *key, char *out, size_t bytes)
 {
     const char *word = json_string_value(json_object_get(from, key));
-    snprintf(out, bytes, "%s", word != NULL && strlen(word) < bytes ? word : "");
+    bool plain = word != NULL && strlen(word) < bytes;
+    for (const char *p = word; plain && *p != '\0'; p++)
+        plain = *p > ' ' && *p < 127;
+    snprintf(out, bytes, "%s", plain ? word : "");
 }
 
 void meta_read_coordinates(const json_t *meta, struct meta_coordinates *c)

@@ -89,9 +89,14 @@ static void print_sources(const struct facts *f)
         json_int_t vertices = 0, faces = 0;
         char a[CLI_TEXT], b[CLI_TEXT];
         if (json_unpack(json_array_get(sources, i), "{s:s, s:s, s:I, s:I}", "name", &name, "format",
-                        &format, "vertices", &vertices, "faces", &faces) == 0)
-            printf("source     %s (%s): %s vertices, %s faces\n", name, format,
-                   cli_count_text((uint64_t)vertices, a), cli_count_text((uint64_t)faces, b));
+                        &format, "vertices", &vertices, "faces", &faces) != 0)
+            continue;
+        printf("source     ");
+        cli_put_name(stdout, name);
+        printf(" (");
+        cli_put_name(stdout, format);
+        printf("): %s vertices, %s faces\n", cli_count_text((uint64_t)vertices, a),
+               cli_count_text((uint64_t)faces, b));
     }
 }
 
@@ -135,7 +140,8 @@ static void print_text(const char *path, const struct spc_reader *r, const struc
 {
     const struct spc_header *h = spc_reader_header(r);
     char a[CLI_TEXT], b[CLI_TEXT], c[CLI_TEXT];
-    printf("%s: .spc archive, development version, %s\n", path, cli_bytes_text(h->file_bytes, a));
+    cli_put_name(stdout, path);
+    printf(": .spc archive, development version, %s\n", cli_bytes_text(h->file_bytes, a));
     print_sources(f);
     print_accounts(h);
     printf("nodes      %s, of them %s leaves; %u levels\n", cli_count_text(h->node_count, a),
@@ -263,8 +269,10 @@ static int verify(const char *path, const struct spc_reader *reader, int level, 
                                       "invariants", findings.list));
     if (status != SPC_OK || cli_unreadable())
         return fault(path, &err);
-    if (out == NULL)
-        printf("%s is whole (level %d)\n", path, level);
+    if (out == NULL) {
+        cli_put_name(stdout, path);
+        printf(" is whole (level %d)\n", level);
+    }
     return EXIT_DONE;
 }
 

@@ -167,12 +167,11 @@ static const char *file_at_fault(const struct build *b)
     return scan_name(b, b->source != NULL ? spb_source_member(b->source) : b->scan_count);
 }
 
-/* Readers that wait for their turn keep what they know of their headers. */
+/* Readers that wait for their turn keep what they know of their headers: 30 KB, of PLY and of OBJ. */
 static uint64_t open_scans_bytes(const struct build *b)
 {
-    enum { A_SCAN = 64 << 10 };
-    const uint64_t bytes = (uint64_t)b->options->more_count * A_SCAN;
-    return bytes < b->options->memory / 2 ? bytes : b->options->memory / 2;
+    enum { A_SCAN = 36 << 10 };
+    return (uint64_t)b->options->more_count * A_SCAN;
 }
 
 static struct spb_record_format record_format(const struct build *b)
@@ -193,8 +192,9 @@ static enum spc_status make_budget(struct build *b, struct spc_error *err)
 {
     const struct spb_source_info *info = spb_source_info(b->source);
     const struct spb_record_format format = record_format(b);
+    const uint64_t memory = b->options->memory, open = open_scans_bytes(b);
     const struct spb_budget_input in = {
-        .memory = b->options->memory - open_scans_bytes(b),
+        .memory = memory > open ? memory - open : 0,
         .threads = b->options->threads ? b->options->threads : spb_pool_cores(),
         .points = b->points, .faces = leaves_to_come(b),
         .vertices = info->vertex_count, .vertex_bytes = spb_vertex_bytes(info),
@@ -207,13 +207,18 @@ static enum spc_status make_budget(struct build *b, struct spc_error *err)
     if (b->options->slice_log2 > 0 || b->options->vertices_on_disk)
         b->budget.table = 0;
     spb_pool_reserve(b->budget.threads);
-    if (b->budget.least <= b->options->memory)
+    if (b->budget.least + open <= memory)
         return SPC_OK;
+    if (b->budget.least <= memory)
+        return spc_fail(err, SPC_LIMIT, SPC_NO_OFF,
+                        "%u scans at once take at least %llu MB of memory to build, --memory is %llu MB",
+                        b->scan_count, (unsigned long long)((b->budget.least + open) >> 20) + 1,
+                        (unsigned long long)(memory >> 20));
     return spc_fail(err, SPC_LIMIT, SPC_NO_OFF,
                     "clusters of %u nodes in blocks of %u take at least %llu MB of memory to build, "
                     "--memory is %llu MB", b->options->cluster_nodes, b->options->block_nodes,
-                    (unsigned long long)(b->budget.least >> 20) + 1,
-                    (unsigned long long)(b->options->memory >> 20));
+                    (unsigned long long)((b->budget.least + open) >> 20) + 1,
+                    (unsigned long long)(memory >> 20));
 }
 
 /* Before the long work rather than after it: is there room for what will surely be written? */

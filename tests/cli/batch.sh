@@ -88,3 +88,18 @@ expect 0 '.*"phase":"build parts","done":[0-9]*,"total":[0-9]*,"overall":0\.[789
     "$tools/spc-build" --progress json --threads 1 --part-faces 60 "$folder/cloud.ply" -o "$folder/cloud.spc"
 grep '"phase":"build parts"' "$folder/err" | head -n 1 | grep -q '"overall":0\.7' || fail "progress: $(cat "$folder/err")"
 grep '"phase":"estimate points"' "$folder/err" | head -n 1 | grep -q '"overall":0\.[0-6]' || fail "progress: $(cat "$folder/err")"
+
+# open scans take memory: as many as --memory has room for, or the build says how much it takes
+limit=$(ulimit -Hn)
+if [ "$limit" = unlimited ] || [ "$limit" -gt 2100 ]; then
+    i=0
+    while [ $i -lt 2000 ]; do i=$((i + 1)); echo "$folder/a.ply"; done >"$folder/list"
+    expect 1 ".*/x.spc': 2000 scans at once take at least [0-9]* MB of memory to build, --memory is 64 MB" \
+        timeout 20 "$tools/spc-build" --memory 64M --list "$folder/list" -o "$folder/x.spc"
+fi
+
+# names in archives come from others: nothing of them acts on a terminal
+expect 0 '' "$tools/spc-info" --verify "$folder/archives/$(printf 'title\033]0;x\007').spc"
+expect 0 '' "$tools/spc-info" "$folder/archives/$(printf 'title\033]0;x\007').spc"
+grep -q '^source     title?\]0;x?.ply (ply le): ' "$folder/out" || fail "source: $(cat "$folder/out")"
+! grep -q "$(printf '[\033\007]')" "$folder/out" || fail "spc-info shows control characters of names"
