@@ -17,20 +17,6 @@ static const struct cli_share SHARES[] = {
     {"build parts of points", 0.72, 0.27}, {"write archive", 0.99, 0.01}, {NULL, 0, 0},
 };
 
-/* Of points, of which only reading them tells; what comes before takes as long. */
-static const struct cli_share POINT_SHARES[] = {
-    {"read points", 0.07, 0.03}, {"plan parts", 0.1, 0.01}, {"estimate points", 0.11, 0.63},
-    {"build parts", 0.74, 0.25}, {"write archive", 0.99, 0.01}, {NULL, 0, 0},
-};
-
-static int tell(void *ctx, const char *phase, uint64_t done, uint64_t total)
-{
-    struct build_run *a = ctx;
-    if (strcmp(phase, POINT_SHARES[0].phase) == 0)
-        a->shares = POINT_SHARES;
-    return cli_progress((void *)(uintptr_t)a->shares, phase, done, total);
-}
-
 /* ---- one archive --------------------------------------------------------------------------------- */
 
 /* An archive built anew stays where it was. */
@@ -66,7 +52,6 @@ static enum spc_status build_archive(struct build_run *a, struct build_result *r
     const char *file = NULL;
     const double began = cli_seconds(), cpu_before = usage_cpu_seconds();
     *r = (struct build_result){.options = &a->build, .facts = a->build.facts};
-    a->shares = SHARES;
     memset(a->build.facts, 0, (1 + (size_t)a->build.more_count) * sizeof *a->build.facts);
     const enum spc_status status = spb_build(&a->build, &r->report, &file, err);
     cli_progress_result(err);
@@ -310,7 +295,7 @@ int build_run(struct build_run *a, char **names)
     enum spc_status status = SPC_OK;
     a->build.meta = make_meta;
     a->build.meta_ctx = a;
-    a->build.progress = (struct spb_progress){tell, a};
+    a->build.progress = (struct spb_progress){cli_progress, (void *)SHARES};
     for (; *names != NULL && status == SPC_OK; names++)
         status = add_scan(&b, *names, &err);
     if (status == SPC_OK && a->list != NULL) {

@@ -13,7 +13,6 @@ struct build_run {
     const char *out_dir;            /* NULL: one archive of all scans */
     const char *list;               /* file that names further scans, or NULL */
     struct meta_coordinates coordinates;
-    const struct cli_share *shares; /* of the scan under way; the run's to set */
 };
 
 /* names: of scans and folders, ends with NULL. Says what it does and what fails; returns the exit code. */
