@@ -8,7 +8,6 @@
 struct build_result {
     const struct spb_build_options *options;
     const struct spb_scan_facts *facts;         /* [1 + options->more_count] */
-    const struct meta_coordinates *coordinates;
     struct spb_build_report report;
     struct usage usage;
 };

@@ -106,7 +106,7 @@ static int build_one(struct build_run *a, const struct build_scans *scans)
 /* ---- a batch ------------------------------------------------------------------------------------- */
 
 struct failure {
-    char *name, *what;              /* what: may be NULL without memory */
+    char *name, *what;
     enum spc_status status;
 };
 
@@ -124,15 +124,16 @@ static void note_failure(struct batch *b, const char *name, const struct spc_err
 {
     struct failure *failed = realloc(b->failed, (b->listed_count + 1) * sizeof *failed);
     char *copy = strdup(name);
+    char *what = strdup(err->what[0] ? err->what : spc_status_text(err->status));
     b->failed_count++;
     if (failed != NULL)
         b->failed = failed;
-    if (failed == NULL || copy == NULL) {
+    if (failed == NULL || copy == NULL || what == NULL) {
         free(copy);
+        free(what);
         return;
     }
-    failed[b->listed_count++] = (struct failure){
-        copy, strdup(err->what[0] ? err->what : spc_status_text(err->status)), err->status};
+    failed[b->listed_count++] = (struct failure){copy, what, err->status};
 }
 
 /* For scans that a command line or a list names: those that cannot be added are failures of their own. */

@@ -114,7 +114,6 @@ static enum spc_status open_scan(struct build *b, struct spc_error *err)
         snprintf(facts->format, sizeof facts->format, "%s", info->format);
     }
     b->report->vertices += info->vertex_count;
-    b->report->faces += info->face_count;
     if (info->face_count == 0 && info->vertex_count == 0)
         return spc_fail(err, SPC_INPUT_EMPTY, SPC_NO_OFF, "it holds neither faces nor points");
     if (b->scan_count > 0 && b->points != (info->face_count == 0))
@@ -244,7 +243,6 @@ static enum spc_status read_vertices(struct build *b, struct spc_error *err)
                                                      &b->progress, &b->vertices, err);
     if (status != SPC_OK)
         return status;
-    b->report->vertices_non_finite = b->vertices.non_finite;
     if (b->vertices.non_finite == b->vertices.count)
         return spc_fail(err, SPC_INPUT_EMPTY, SPC_NO_OFF, "it holds no vertex with finite coordinates");
     for (int a = 0; a < 3; a++)

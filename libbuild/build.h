@@ -65,8 +65,7 @@ struct spb_phase_cost {
 
 struct spb_build_report {           /* for the summary; valid after success */
     struct spc_header header;
-    uint64_t vertices, faces;       /* sums over the scans' facts */
-    uint64_t vertices_non_finite;
+    uint64_t vertices;              /* sum over the scans' facts */
     uint32_t parts;
     uint64_t temp_written, temp_read;           /* sums over the phases */
     struct spb_phase_cost phases[SPB_PHASE_COUNT];
