@@ -19,7 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { GUARD = 32, TILE_DEFAULT = 2048, RANGES_MAX = 128 };
+enum { GUARD = 32, TILE_DEFAULT = 2048 };
 static const float NEAR_PLANE = 0x1p-40f;           /* units: nearer than that nothing is drawn */
 
 enum { BUF_NODES, BUF_COLORS, BUF_INDICES, BUF_VERTICES, BUF_VERTEX_COLORS, BUF_COUNT };
@@ -325,40 +325,6 @@ static void upload_block(struct frame *f, const struct spc_block *b,
         upload(gl, BUF_VERTEX_COLORS, GL_RGBA8, payload + l->vertex_colors, v * 4);
 }
 
-struct ranges {                     /* of nodes, for a multi-draw */
-    GLint first[RANGES_MAX];
-    GLsizei count[RANGES_MAX];
-    GLsizei n;
-};
-
-/* Nodes of the normal clusters that may face the eye; neighbours joined. */
-static void visible_ranges(const struct frame *f, const struct spc_block *b,
-                           const struct spc_cluster *c, const double eye[3],
-                           const uint8_t *groups, struct ranges *out)
-{
-    GLint at = 0;
-    out->n = 0;
-    if (!spv_culls_back(f->reader, f->view)) {
-        *out = (struct ranges){.first = {0}, .count = {(GLsizei)b->node_count}, .n = 1};
-        return;
-    }
-    for (uint32_t g = 0; g < f->header->normal_clusters; g++) {
-        const GLsizei count = load_u16(groups + 4 * g);
-        const double cosine = (int16_t)load_u16(groups + 4 * g + 2) / 32767.0;
-        double axis[3];
-        spc_reader_axis(f->reader, g, axis);
-        if (count > 0 && !spv_all_behind(eye, c->sphere, axis, cosine)) {
-            if (out->n > 0 && out->first[out->n - 1] + out->count[out->n - 1] == at)
-                out->count[out->n - 1] += count;
-            else {
-                out->first[out->n] = at;
-                out->count[out->n++] = count;
-            }
-        }
-        at += count;
-    }
-}
-
 static void bind_splats(const struct frame *f, GLint first, GLuint divisor, bool colors)
 {
     const struct spv_gl_api *gl = &f->gl->api;
@@ -399,31 +365,31 @@ static bool needs_quads(const struct frame *f, const struct spc_block *b,
 
 static void draw_splats(const struct frame *f, const struct spc_block *b,
                         const struct spc_cluster *c, const double eye[3],
-                        const struct ranges *ranges, bool colors)
+                        const struct spv_ranges *ranges, bool colors)
 {
     const struct spv_gl_api *gl = &f->gl->api;
     const struct program *p = &f->gl->splat;
     set_block(f, p, b, eye);
     gl->Uniform1i(p->quads, 0);
     bind_splats(f, 0, 0, colors);
-    gl->MultiDrawArrays(GL_POINTS, ranges->first, ranges->count, ranges->n);
+    gl->MultiDrawArrays(GL_POINTS, ranges->first, ranges->nodes, (GLsizei)ranges->count);
     if (!needs_quads(f, b, c, eye))
         return;
     gl->Uniform1i(p->quads, 1);
-    for (GLsizei r = 0; r < ranges->n; r++) {
+    for (uint32_t r = 0; r < ranges->count; r++) {
         bind_splats(f, ranges->first[r], 1, colors);
-        gl->DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, ranges->count[r]);
+        gl->DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, ranges->nodes[r]);
     }
 }
 
 static void draw_triangles(const struct frame *f, const struct spc_block *b,
                            const struct spc_block_layout *l, const uint8_t *payload,
-                           const double eye[3], const struct ranges *ranges)
+                           const double eye[3], const struct spv_ranges *ranges)
 {
     const struct spv_gl_api *gl = &f->gl->api;
     const struct program *p = &f->gl->triangle;
     GLint hi[3], lo[3];
-    struct ranges corners = *ranges;
+    struct spv_ranges corners = *ranges;
     set_block(f, p, b, eye);
     for (int a = 0; a < 3; a++) {
         const int64_t base = (int64_t)load_u64(payload + l->vertex_base + 8 * a) - f->eye_lattice[a];
@@ -435,11 +401,11 @@ static void draw_triangles(const struct frame *f, const struct spc_block *b,
     gl->Uniform1i(p->width, (GLint)b->vertex_width);
     gl->DisableVertexAttribArray(0);
     gl->DisableVertexAttribArray(1);
-    for (GLsizei r = 0; r < corners.n; r++) {
+    for (uint32_t r = 0; r < corners.count; r++) {
         corners.first[r] *= 3;
-        corners.count[r] *= 3;
+        corners.nodes[r] *= 3;
     }
-    gl->MultiDrawArrays(GL_TRIANGLES, corners.first, corners.count, corners.n);
+    gl->MultiDrawArrays(GL_TRIANGLES, corners.first, corners.nodes, (GLsizei)corners.count);
 }
 
 static enum spc_status draw_block(struct frame *f, uint32_t index, struct spc_error *err)
@@ -448,7 +414,7 @@ static enum spc_status draw_block(struct frame *f, uint32_t index, struct spc_er
     struct spc_block b;
     struct spc_cluster c;
     struct spc_block_layout l;
-    struct ranges ranges;
+    struct spv_ranges ranges;
     double eye[3];
     spc_reader_block(f->reader, index, &b);
     spc_reader_cluster(f->reader, b.cluster, &c);
@@ -465,8 +431,8 @@ static enum spc_status draw_block(struct frame *f, uint32_t index, struct spc_er
     const enum spc_status status = spc_block_decode(f->reader, index, true, gl->payload, err);
     if (status != SPC_OK)
         return status;
-    visible_ranges(f, &b, &c, eye, gl->payload + l.groups, &ranges);
-    if (ranges.n == 0)
+    spv_visible_ranges(f->reader, f->view, &b, &c, eye, gl->payload + l.groups, &ranges);
+    if (ranges.count == 0)
         return SPC_OK;
     upload_block(f, &b, &l, gl->payload);
     if (f->view->mode != SPV_TRIANGLES)

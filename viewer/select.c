@@ -1,5 +1,7 @@
 #include "select.h"
 
+#include "bytes.h"
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -247,6 +249,36 @@ enum spc_status spv_select(const struct spc_reader *reader, const struct spv_vie
     while (status == SPC_OK && s.stack_count > 0)
         status = visit(&s, out->stack[--s.stack_count], err);
     return status;
+}
+
+void spv_visible_ranges(const struct spc_reader *reader, const struct spv_view *view,
+                        const struct spc_block *b, const struct spc_cluster *c,
+                        const double eye[3], const uint8_t *groups, struct spv_ranges *out)
+{
+    int at = 0;
+    out->count = 0;
+    if (!spv_culls_back(reader, view)) {
+        out->count = 1;
+        out->first[0] = 0;
+        out->nodes[0] = (int)b->node_count;
+        return;
+    }
+    for (uint32_t g = 0; g < spc_reader_header(reader)->normal_clusters; g++) {
+        const int nodes = load_u16(groups + 4 * g);
+        const double cosine = (int16_t)load_u16(groups + 4 * g + 2) / 32767.0;
+        const uint32_t last = out->count - 1;
+        double axis[3];
+        spc_reader_axis(reader, g, axis);
+        if (nodes > 0 && !spv_all_behind(eye, c->sphere, axis, cosine)) {
+            if (out->count > 0 && out->first[last] + out->nodes[last] == at)
+                out->nodes[last] += nodes;
+            else {
+                out->first[out->count] = at;
+                out->nodes[out->count++] = nodes;
+            }
+        }
+        at += nodes;
+    }
 }
 
 void spv_selection_release(struct spv_selection *selection)

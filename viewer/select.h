@@ -10,6 +10,7 @@
 
 #include "camera.h"
 
+enum { SPV_RANGES_MAX = 128 };
 enum spv_mode { SPV_HYBRID, SPV_POINTS, SPV_TRIANGLES };
 
 struct spv_view {
@@ -60,5 +61,20 @@ bool spv_culls_back(const struct spc_reader *reader, const struct spv_view *view
  */
 bool spv_all_behind(const double eye[3], const float sphere[4], const double axis[3],
                     double cosine);
+
+struct spv_ranges {                 /* of a block's nodes */
+    uint32_t count;
+    int first[SPV_RANGES_MAX], nodes[SPV_RANGES_MAX];
+};
+
+/*
+ * Nodes of a decoded block that may face the eye: its normal clusters, neighbours joined; all of them
+ * where back faces are seen.
+ *
+ * in     eye  of spv_eye_of_cluster;  groups  of the block's payload
+ */
+void spv_visible_ranges(const struct spc_reader *reader, const struct spv_view *view,
+                        const struct spc_block *block, const struct spc_cluster *cluster,
+                        const double eye[3], const uint8_t *groups, struct spv_ranges *out);
 
 #endif
