@@ -22,7 +22,7 @@ ALL_CXXFLAGS = -std=c++17 $(FLAGS) -Wno-conversion -Wno-shadow -Wno-maybe-uninit
 
 LIBS_format := -lzstd -lxxhash -lm
 LIBS_build := $(LIBS_format) -luv -lpng -ljpeg -lm
-LIBS_viewer := $(LIBS_format) -lOSMesa -lpng
+LIBS_viewer := $(LIBS_format) -lOSMesa -lpng -luv
 LIBS_cmd := -ljansson
 LIBS_test := -lcheck -lsubunit -lrt
 
@@ -46,7 +46,7 @@ say := @echo "  "
 all: $(BINARIES)                ## the tools, into build/release/
 
 # loops that are written to become vectors
-$(if $(filter release,$(CONFIG)),$(FORMAT) $(BUILD)): ALL_CFLAGS += -O3
+$(if $(filter release,$(CONFIG)),$(FORMAT) $(BUILD) $(VIEWER)): ALL_CFLAGS += -O3
 
 $(B)/obj/%.o: %.c Makefile
 	@mkdir -p $(@D)
@@ -106,6 +106,8 @@ $(B)/bench-clouds: $(call obj,tests/bench/clouds.c) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build)
 $(B)/bench-readers: $(call obj,tests/bench/readers.c) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build)
+$(B)/bench-render: $(call obj,tests/bench/render.c) $(B)/libspv.a $(B)/libspc.a
+	$(LINK) $(LIBS_viewer)
 $(B)/bench-%: $(call obj,tests/bench/%.c) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_format)
 bench: ; @scripts/install_deps build bench && $(MAKE) -j$$(nproc) all $(B)/bench-decode $(B)/bench-readers $(B)/bench-bandwidth && scripts/bench $(B) $(SCAN) && scripts/scaling $(B)  ## cost of the codecs, on a generated scan (SCAN=path: and on that one), and of larger scans (SCALING="1 10" million triangles)
