@@ -8,6 +8,24 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+static enum picture_by used = PICTURE_BY_GL;
+static struct spv_soft *soft;
+
+void picture_use(enum picture_by by, unsigned threads)
+{
+    struct spc_error err = {0};
+    used = by;
+    spv_soft_free(soft);
+    soft = NULL;
+    if (by == PICTURE_BY_SOFT && spv_soft_create(threads, &soft, &err) != SPC_OK)
+        ck_abort_msg("no renderer: %s", err.what);
+}
+
+struct spv_soft *picture_soft(void)
+{
+    return soft;
+}
+
 static struct spv_gl *renderer(void)
 {
     static struct spv_ctx *ctx;
@@ -28,8 +46,12 @@ struct picture picture_draw(const struct spc_reader *reader, const struct spv_vi
     struct spc_error err = {0};
     p.rgba = malloc(n * 4);
     p.cover = malloc(n);
-    if (spv_select(reader, view, &p.selection, &err) != SPC_OK ||
-        spv_gl_frame(renderer(), reader, view, &p.selection, options, p.rgba, &err) != SPC_OK)
+    enum spc_status status = spv_select(reader, view, &p.selection, &err);
+    if (status == SPC_OK && used == PICTURE_BY_GL)
+        status = spv_gl_frame(renderer(), reader, view, &p.selection, options, p.rgba, &err);
+    else if (status == SPC_OK)
+        status = spv_soft_frame(soft, reader, view, &p.selection, options, p.rgba, &err);
+    if (status != SPC_OK)
         ck_abort_msg("cannot draw: %s", err.what);
     for (size_t i = 0; i < n; i++)
         p.cover[i] = p.rgba[4 * i + 3];

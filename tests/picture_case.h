@@ -1,4 +1,4 @@
-/* picture_case.h - draws an archive through OSMesa and compares with the reference picture. */
+/* picture_case.h - draws an archive, by either back end, and compares with the reference picture. */
 #ifndef PICTURE_CASE_H
 #define PICTURE_CASE_H
 
@@ -12,7 +12,14 @@ struct picture {
     struct spv_selection selection;
 };
 
-/* The renderer, made on first use; any failure fails the test. */
+/* The back end of picture_draw: OSMesa, or the one without GL, on so many threads. */
+enum picture_by { PICTURE_BY_GL, PICTURE_BY_SOFT };
+void picture_use(enum picture_by by, unsigned threads);
+
+/* That of PICTURE_BY_SOFT. */
+struct spv_soft *picture_soft(void);
+
+/* The renderer is made on first use; any failure fails the test. */
 struct picture picture_draw(const struct spc_reader *reader, const struct spv_view *view,
                             const struct spv_draw_options *options);
 void picture_release(struct picture *picture);

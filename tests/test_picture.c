@@ -1,4 +1,4 @@
-/* Pictures against the reference rasteriser: silhouettes, and never a hole. */
+/* Pictures of both back ends against the reference rasteriser: silhouettes, and never a hole. */
 #include "mesh_case.h"
 #include "picture_case.h"
 #include "suite.h"
@@ -265,15 +265,36 @@ START_TEST(a_face_that_reaches_far_away_hides_nothing_near)
 }
 END_TEST
 
+static void start_soft(void)
+{
+    case_start();
+    picture_use(PICTURE_BY_SOFT, 2);
+}
+
+static void finish_soft(void)
+{
+    picture_use(PICTURE_BY_GL, 0);
+    case_finish();
+}
+
+static int both(const TTest *const *tests, size_t count)
+{
+    return suite_run("picture", case_start, case_finish, tests, count) |
+           suite_run("picture without GL", start_soft, finish_soft, tests, count);
+}
+
 int main(void)
 {
-    return SUITE("picture", case_start, case_finish,
-                 pictures_of_a_closed_surface_have_its_outline_and_no_hole,
-                 pictures_of_open_and_broken_surfaces_have_no_hole,
-                 pictures_from_inside_and_from_close_by_have_no_hole,
-                 pictures_at_the_extremes_of_scale_and_place_have_no_hole,
-                 a_face_that_reaches_far_away_hides_nothing_near,
-                 no_pixel_of_a_lone_triangle_is_lost, culling_leaves_the_picture_as_it_is,
-                 culling_back_faces_leaves_the_cover_of_a_closed_surface,
-                 tiles_and_borders_leave_no_seam);
+    const TTest *const tests[] = {
+        pictures_of_a_closed_surface_have_its_outline_and_no_hole,
+        pictures_of_open_and_broken_surfaces_have_no_hole,
+        pictures_from_inside_and_from_close_by_have_no_hole,
+        pictures_at_the_extremes_of_scale_and_place_have_no_hole,
+        a_face_that_reaches_far_away_hides_nothing_near,
+        no_pixel_of_a_lone_triangle_is_lost,
+        culling_leaves_the_picture_as_it_is,
+        culling_back_faces_leaves_the_cover_of_a_closed_surface,
+        tiles_and_borders_leave_no_seam,
+    };
+    return both(tests, sizeof tests / sizeof *tests);
 }

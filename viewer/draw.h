@@ -45,4 +45,27 @@ enum spc_status spv_gl_frame(struct spv_gl *gl, const struct spc_reader *reader,
                              const struct spv_draw_options *options, uint8_t *rgba,
                              struct spc_error *err);
 
+struct spv_soft;
+
+/*
+ * A back end without GL, on up to threads threads; 0: one a core. The picture is the same for any
+ * number of them. options.tile 0: the whole picture, in bands when it is larger than 2^26 pixels.
+ * fails  SPC_NO_MEMORY
+ */
+enum spc_status spv_soft_create(unsigned threads, struct spv_soft **out, struct spc_error *err);
+void spv_soft_free(struct spv_soft *soft);
+const char *spv_soft_name(const struct spv_soft *soft);         /* borrowed */
+
+/* As spv_gl_frame. fails  SPC_CHECKSUM, SPC_CORRUPT, SPC_NO_MEMORY */
+enum spc_status spv_soft_frame(struct spv_soft *soft, const struct spc_reader *reader,
+                               const struct spv_view *view, const struct spv_selection *selection,
+                               const struct spv_draw_options *options, uint8_t *rgba,
+                               struct spc_error *err);
+
+/* Splats and triangles that passed their tests in the last tile, or frame of one tile. */
+void spv_soft_drawn(const struct spv_soft *soft, uint64_t *nodes, uint64_t *triangles);
+
+/* For tests: does without 256-bit vectors. The picture is the same. */
+void spv_soft_narrow(struct spv_soft *soft);
+
 #endif

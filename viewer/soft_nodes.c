@@ -1,0 +1,148 @@
+/*
+ * soft_nodes.c - which nodes of a block are drawn, and where they are.
+ *
+ * The tests are those of interval.h, operation by operation, on vectors of nodes. What passes is
+ * decoded straight into view coordinates: along the picture's axes a node near the view's axis keeps
+ * its digits however far it is, as a narrow view of something distant needs.
+ */
+#include "soft_int.h"
+
+#include "bytes.h"
+#include "interval.h"
+
+struct decode {                     /* a block's records into view coordinates, units */
+    float origin[3];                /* of the cluster */
+    float step[3][3];               /* view axis, record axis */
+    float axes[3][3];
+};
+
+static void make_interval(const struct soft_block *b, struct spv_interval *out)
+{
+    *out = (struct spv_interval){
+        .origin = {(float)-b->eye[0], (float)-b->eye[1], (float)-b->eye[2]},
+        .step = ldexpf(1, b->b.step_exp - b->frame->header->unit_exp),
+        .eps = (float)b->frame->view->eps,
+        .link_base = b->b.link_base,
+        .lower = b->lower,
+    };
+}
+
+static void make_decode(const struct soft_block *b, float step, struct decode *out)
+{
+    for (int v = 0; v < 3; v++) {
+        const double *axis = b->frame->axes[v];
+        out->origin[v] =
+            (float)-(axis[0] * b->eye[0] + axis[1] * b->eye[1] + axis[2] * b->eye[2]);
+        for (int a = 0; a < 3; a++) {
+            out->axes[v][a] = (float)axis[a];
+            out->step[v][a] = (float)axis[a] * step;
+        }
+    }
+}
+
+SPV_INLINE float length_of(uint32_t code)
+{
+    return soft_float(code << 15);
+}
+
+SPV_INLINE void test_body(const struct spv_interval *in, const uint8_t *records, uint32_t n,
+                          bool triangles, uint8_t *pass)
+{
+    const uint32_t upper = in->lower ? 0 : 1;
+    for (uint32_t i = 0; i < n; i++) {
+        const uint8_t *r = records + (size_t)SPC_NODE_BYTES * i;
+        const uint32_t xy = load_u32(r), zn = load_u32(r + 4), errors = load_u32(r + 8),
+                       rest = load_u32(r + 12);
+        const float x = in->origin[0] + (float)(int)(xy & 0xFFFF) * in->step;
+        const float y = in->origin[1] + (float)(int)(xy >> 16) * in->step;
+        const float z = in->origin[2] + (float)(int)(zn & 0xFFFF) * in->step;
+        const float rho = sqrtf(x * x + y * y + z * z) - length_of(rest & 0xFFFF);
+        const float q = in->eps * rho, e_self = length_of(errors & 0xFFFF);
+        if (triangles) {
+            pass[i] = q <= e_self;
+        } else {
+            const uint32_t code = rest >> 24, e_parent = errors >> 16;
+            const float link =
+                soft_float((uint32_t)(in->link_base + 127 + (int)(code >> 3)) << 23 |
+                           (code & 7) << 20);
+            const uint32_t reach = q * (1 - 0x1p-20f) <= length_of(e_parent) + in->eps * link;
+            pass[i] = (uint8_t)(((e_self < q) | upper) & (reach | (e_parent == SPC_LEN_ROOT)));
+        }
+    }
+}
+
+SPV_INLINE void decode_body(const struct decode *d, struct soft_scratch *s, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t xy = s->record[0][i], zn = s->record[1][i];
+        const float x = (float)(int)(xy & 0xFFFF), y = (float)(int)(xy >> 16),
+                    z = (float)(int)(zn & 0xFFFF);
+        const float u = (float)(int)(zn >> 16 & 0xFF) - 127, v = (float)(int)(zn >> 24) - 127;
+        const float nz = 127 - soft_abs(u) - soft_abs(v);
+        const float nx = nz < 0 ? (u < 0 ? soft_abs(v) - 127 : 127 - soft_abs(v)) : u;
+        const float ny = nz < 0 ? (v < 0 ? soft_abs(u) - 127 : 127 - soft_abs(u)) : v;
+        const float scale = 1 / sqrtf(nx * nx + ny * ny + nz * nz);
+        for (int a = 0; a < 3; a++) {
+            s->center[a][i] =
+                d->origin[a] + (d->step[a][0] * x + d->step[a][1] * y + d->step[a][2] * z);
+            s->normal[a][i] =
+                scale * (d->axes[a][0] * nx + d->axes[a][1] * ny + d->axes[a][2] * nz);
+        }
+    }
+}
+
+static void test_plain(const struct spv_interval *in, const uint8_t *records, uint32_t n,
+                       bool triangles, uint8_t *pass)
+{
+    if (triangles)
+        test_body(in, records, n, true, pass);
+    else
+        test_body(in, records, n, false, pass);
+}
+
+SPV_WIDE static void test_wide(const struct spv_interval *in, const uint8_t *records, uint32_t n,
+                               bool triangles, uint8_t *pass)
+{
+    if (triangles)
+        test_body(in, records, n, true, pass);
+    else
+        test_body(in, records, n, false, pass);
+}
+
+static void decode_plain(const struct decode *d, struct soft_scratch *s, uint32_t count)
+{
+    decode_body(d, s, count);
+}
+
+SPV_WIDE static void decode_wide(const struct decode *d, struct soft_scratch *s, uint32_t count)
+{
+    decode_body(d, s, count);
+}
+
+uint32_t spv_soft_gather(const struct soft_block *b, struct soft_scratch *s, uint32_t first,
+                         uint32_t n, bool triangles)
+{
+    const uint8_t *records = b->payload + b->l.nodes + (size_t)SPC_NODE_BYTES * first;
+    const bool wide = b->frame->wide;
+    struct spv_interval in;
+    struct decode d;
+    uint32_t count = 0;
+    make_interval(b, &in);
+    if (b->frame->view->mode == SPV_TRIANGLES)
+        memset(s->pass, triangles, n);
+    else
+        (wide ? test_wide : test_plain)(&in, records, n, triangles, s->pass);
+    for (uint32_t i = 0; i < n; i++) {      /* written first, kept if it counts: no branch */
+        const uint8_t *r = records + (size_t)SPC_NODE_BYTES * i;
+        s->index[count] = first + i;
+        s->record[0][count] = load_u32(r);
+        s->record[1][count] = load_u32(r + 4);
+        s->record[2][count] = load_u32(r + 12);
+        count += s->pass[i];
+    }
+    if (count > 0) {
+        make_decode(b, in.step, &d);
+        (wide ? decode_wide : decode_plain)(&d, s, count);
+    }
+    return count;
+}
