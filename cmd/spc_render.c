@@ -27,7 +27,8 @@ static const char HELP[] =
     "      --eps PX           accepted error on screen (default 1)\n"
     "      --mode hybrid|points|triangles   (default hybrid)\n"
     "      --splat exact|fast     outline of splats (default exact)\n"
-    "      --renderer auto|gl     gl: OpenGL through OSMesa\n"
+    "      --renderer auto|soft|gl   soft: on all cores, without OpenGL\n"
+    "      --threads N        threads of soft (default: all cores)\n"
     "      --background RRGGBB|none   none: transparent (default 202428)\n"
     "      --no-cull          draw what could not be seen, too\n"
     "      --stats FILE.json  counts and times of the frame\n"
@@ -37,17 +38,18 @@ static const char HELP[] =
     "  spc-render --orbit 30,20 --eps 2 --size 1920x1080 statue.spc -o statue.png\n";
 
 enum { OPT_SIZE = 256, OPT_ORBIT, OPT_EYE, OPT_TARGET, OPT_UP, OPT_FOV, OPT_EPS, OPT_MODE,
-       OPT_SPLAT, OPT_RENDERER, OPT_BACKGROUND, OPT_NO_CULL, OPT_STATS };
+       OPT_SPLAT, OPT_RENDERER, OPT_THREADS, OPT_BACKGROUND, OPT_NO_CULL, OPT_STATS };
 static const struct option LONG[] = {
     {"output", 1, NULL, 'o'}, {"size", 1, NULL, OPT_SIZE}, {"orbit", 1, NULL, OPT_ORBIT},
     {"eye", 1, NULL, OPT_EYE}, {"target", 1, NULL, OPT_TARGET}, {"up", 1, NULL, OPT_UP},
     {"fov", 1, NULL, OPT_FOV}, {"eps", 1, NULL, OPT_EPS}, {"mode", 1, NULL, OPT_MODE},
     {"splat", 1, NULL, OPT_SPLAT}, {"renderer", 1, NULL, OPT_RENDERER},
-    {"background", 1, NULL, OPT_BACKGROUND}, {"no-cull", 0, NULL, OPT_NO_CULL},
+    {"threads", 1, NULL, OPT_THREADS}, {"background", 1, NULL, OPT_BACKGROUND}, {"no-cull", 0, NULL, OPT_NO_CULL},
     {"stats", 1, NULL, OPT_STATS}, {"help", 0, NULL, 'h'}, {"version", 0, NULL, 'V'}, {0},
 };
 
 enum { SIDE_MAX = 65535 };
+enum { RENDERER_AUTO, RENDERER_SOFT, RENDERER_GL };
 
 struct arguments {
     const char *archive, *out, *stats;
@@ -56,7 +58,8 @@ struct arguments {
     double eye[3], target[3], up[3];
     bool has_eye, has_target, has_up, has_orbit;
     double fov_deg, eps_px;
-    int mode, splat;
+    int mode, splat, renderer;
+    uint32_t threads;               /* 0: all cores */
     bool no_cull, transparent;
     uint8_t background[3];
 };
@@ -122,8 +125,7 @@ static int parse_option(int c, const char *value, struct arguments *a)
 {
     static const char *const modes[] = {"hybrid", "points", "triangles"};
     static const char *const splats[] = {"exact", "fast"};
-    static const char *const renderers[] = {"auto", "gl"};
-    int ignored = 0;
+    static const char *const renderers[] = {"auto", "soft", "gl"};
     switch (c) {
     case 'o': a->out = value; return EXIT_DONE;
     case OPT_STATS: a->stats = value; return EXIT_DONE;
@@ -131,7 +133,11 @@ static int parse_option(int c, const char *value, struct arguments *a)
     case OPT_ORBIT: return parse_orbit(value, a);
     case OPT_MODE: return choose("mode", value, modes, 3, &a->mode);
     case OPT_SPLAT: return choose("splat", value, splats, 2, &a->splat);
-    case OPT_RENDERER: return choose("renderer", value, renderers, 2, &ignored);
+    case OPT_RENDERER: return choose("renderer", value, renderers, 3, &a->renderer);
+    case OPT_THREADS:
+        if (!cli_u32(value, 1, 1024, &a->threads))
+            return cli_usage("--threads takes 1 to 1024, not '%s'", value);
+        return EXIT_DONE;
     case OPT_SIZE:
         if (!parse_size(value, &a->width, &a->height))
             return cli_usage("--size takes WxH, 1 to %d each, not '%s'", SIDE_MAX, value);
@@ -251,26 +257,52 @@ static enum spc_status write_stats(const char *path, const struct result *r,
     return failed ? spc_fail(err, SPC_IO, SPC_NO_OFF, "cannot write the statistics") : SPC_OK;
 }
 
+struct renderer {                   /* one of the two */
+    struct spv_soft *soft;
+    struct spv_gl *gl;
+    struct spv_ctx *ctx;
+};
+
+static void close_renderer(struct renderer *r)
+{
+    spv_soft_free(r->soft);
+    spv_gl_free(r->gl);
+    spv_ctx_free(r->ctx);
+    *r = (struct renderer){0};
+}
+
+/*
+ * GL when it was asked for, or where a graphics card draws it. The one context there is without a
+ * display, OSMesa, is drawn by the processor: auto does not even make one.
+ */
+static enum spc_status open_renderer(const struct arguments *a, struct renderer *r,
+                                     struct spc_error *err)
+{
+    if (a->renderer != RENDERER_GL)
+        return spv_soft_create(a->threads, &r->soft, err);
+    const enum spc_status status = spv_ctx_osmesa(&r->ctx, err);
+    return status == SPC_OK ? spv_gl_create(r->ctx, &r->gl, err) : status;
+}
+
 static enum spc_status draw(const struct arguments *a, const struct spc_reader *reader,
                             const struct spv_view *view, uint8_t *rgba, struct result *r,
                             struct spc_error *err)
 {
     const struct spv_draw_options options = {.splat = (enum spv_splat)a->splat, .ambient = 0.2f};
-    struct spv_ctx *ctx = NULL;
-    struct spv_gl *gl = NULL;
-    enum spc_status status = spv_ctx_osmesa(&ctx, err);
-    if (status == SPC_OK)
-        status = spv_gl_create(ctx, &gl, err);
+    struct renderer by = {0};
+    enum spc_status status = open_renderer(a, &by, err);
     if (status == SPC_OK) {
         const double began = cli_seconds();
-        snprintf(r->renderer, sizeof r->renderer, "%s", spv_gl_name(gl));
+        snprintf(r->renderer, sizeof r->renderer, "%s",
+                 by.gl ? spv_gl_name(by.gl) : spv_soft_name(by.soft));
         status = spv_select(reader, view, &r->selection, err);
-        if (status == SPC_OK)
-            status = spv_gl_frame(gl, reader, view, &r->selection, &options, rgba, err);
+        if (status == SPC_OK && by.gl != NULL)
+            status = spv_gl_frame(by.gl, reader, view, &r->selection, &options, rgba, err);
+        else if (status == SPC_OK)
+            status = spv_soft_frame(by.soft, reader, view, &r->selection, &options, rgba, err);
         r->frame_ms = 1e3 * (cli_seconds() - began);
     }
-    spv_gl_free(gl);
-    spv_ctx_free(ctx);
+    close_renderer(&by);
     return status;
 }
 
@@ -286,8 +318,9 @@ static int render(struct arguments *a)
     uint8_t *rgba = malloc((size_t)a->width * (size_t)a->height * 4);
     enum spc_status status = rgba ? spc_reader_open(a->archive, &reader, &err)
                                   : spc_fail(&err, SPC_NO_MEMORY, SPC_NO_OFF,
-                                             "no memory for a picture of %d x %d", a->width,
-                                             a->height);
+                                             "no memory for a picture of %d x %d: %zu MB",
+                                             a->width, a->height,
+                                             ((size_t)a->width * (size_t)a->height) >> 18);
     result.open_ms = 1e3 * (cli_seconds() - began);
     if (status != SPC_OK)
         goto out;

@@ -15,7 +15,7 @@ for key in nodes_drawn nodes_processed triangles_drawn clusters_total clusters_d
 done
 
 # every mode, outline and camera gives a picture, and the same one twice
-for options in "--mode points" "--mode triangles" "--splat fast --eps 4" "--orbit 30,20" "--orbit 0,90,5" \
+for options in "--mode points --renderer gl" "--mode triangles --renderer gl" "--mode points" "--mode triangles" "--splat fast --eps 4" "--orbit 30,20" "--orbit 0,90,5" \
     "--eye 1,2,3 --target 0,0,1 --up 0,0,1" "--background none" "--background ffffff" "--fov 90 --eps 0.1" \
     "--size 1x1" "--no-cull"; do
     # shellcheck disable=SC2086
@@ -24,6 +24,32 @@ for options in "--mode points" "--mode triangles" "--splat fast --eps 4" "--orbi
     expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/c.png" --size 100x100 $options
     cmp -s "$folder/b.png" "$folder/c.png" || fail "$options: two pictures differ"
 done
+
+# every renderer says its name; soft gives the same bytes whatever the number of threads
+expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/b.png" --size 300x200 --renderer gl --stats "$folder/a.json"
+grep -q '"renderer": ".*OpenGL' "$folder/a.json" || fail "gl is $(grep renderer "$folder/a.json")"
+cp "$folder/a.json" "$folder/gl.json"
+for options in "--renderer soft --threads 1" "--renderer soft --threads 5" "--renderer soft" "--renderer auto" ""; do
+    # shellcheck disable=SC2086
+    expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/c.png" --size 300x200 $options --stats "$folder/a.json"
+    grep -q '"renderer": "soft' "$folder/a.json" || fail "'$options' is $(grep renderer "$folder/a.json")"
+    for key in nodes_drawn nodes_processed triangles_drawn clusters_drawn bytes_read; do
+        [ "$(grep "\"$key\":" "$folder/a.json")" = "$(grep "\"$key\":" "$folder/gl.json")" ] ||
+            fail "'$options': $key is not that of gl"
+    done
+    [ ! -e "$folder/first.png" ] && cp "$folder/c.png" "$folder/first.png"
+    cmp -s "$folder/first.png" "$folder/c.png" || fail "'$options': two pictures differ"
+done
+if cmp -s "$folder/first.png" "$folder/b.png"; then fail "gl and soft are one"; fi
+for side in 65535x1 1x65535; do
+    expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/c.png" --size $side
+done
+(ulimit -v 300000; exec "$tools/spc-render" "$folder/a.spc" -o "$folder/no.png" --size 16384x16384) 2>"$folder/err" &&
+    fail "16384 x 16384 in 300 MB"
+grep -q '16384 x 16384.*: 1024 MB' "$folder/err" || fail "no memory gives: $(cat "$folder/err")"
+(ulimit -v 900000; exec "$tools/spc-render" "$folder/a.spc" -o "$folder/no.png" --size 10000x10000) 2>"$folder/err" &&
+    fail "10000 x 10000 in 900 MB"
+grep -q 'no memory to draw .*: 511 MB' "$folder/err" || fail "no memory gives: $(cat "$folder/err")"
 
 # what fails says so in one line
 expect 1 "spc-render: '.*/none.spc': cannot open.*" "$tools/spc-render" "$folder/none.spc" -o "$folder/d.png"
@@ -59,6 +85,8 @@ expect 2 '.*the archive itself.*' "$tools/spc-render" "$folder/same.spc" -o "$fo
 cmp -s "$folder/a.spc" "$folder/same.spc" || fail "the archive was overwritten"
 expect 2 '.*--eps takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --eps 0
 expect 2 '.*--size takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --size 0x5
+expect 2 '.*--renderer does not know.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --renderer none
+expect 2 '.*--threads takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --threads 0
 expect 2 '.*--fov takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --fov 180
 expect 2 '.*--eye and --target.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --eye 1,1,1
 expect 2 '.*looks along.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --eye 0,1,0 --target 0,0,0
