@@ -1,5 +1,5 @@
 /*
- * threads.c - the only file of the viewer that knows libuv.
+ * threads.c - a crew of threads.
  *
  * Threads of libuv, not its pool: that one is the process's, of a size that is fixed by whoever uses
  * it first, and ends the process when a thread cannot be started.
