@@ -23,6 +23,7 @@ ALL_CXXFLAGS = -std=c++17 $(FLAGS) -Wno-conversion -Wno-shadow -Wno-maybe-uninit
 LIBS_format := -lzstd -lxxhash -lm
 LIBS_build := $(LIBS_format) -luv -lpng -ljpeg -lm
 LIBS_viewer := $(LIBS_format) -lOSMesa -lpng -luv
+LIBS_window := -lglfw
 LIBS_cmd := -ljansson
 LIBS_test := -lcheck -lsubunit -lrt
 
@@ -86,7 +87,7 @@ tests: $(addprefix $(B)/tests/,$(TESTS)) $(B)/conformance_dump $(addprefix $(B)/
 $(B)/libtest.a: $(TEST_HELPERS)
 $(B)/tests/test_%: $(call obj,tests/test_%.c) $(B)/libtest.a $(B)/libspv.a $(B)/libspb.a $(B)/libspc.a
 	@mkdir -p $(@D)
-	$(LINK) $(LIBS_test) $(LIBS_viewer) $(LIBS_build) $(LIBS_cmd)
+	$(LINK) $(LIBS_test) $(LIBS_viewer) $(LIBS_window) $(LIBS_build) $(LIBS_cmd)
 $(B)/tests/test_mesh_shim: $(call obj,libbuild/mesh_shim.cpp)
 $(B)/tests/test_mesh_shim: LIBS_test += -lOpenMeshCore -lstdc++
 $(B)/tests/test_assimp: LIBS_test += -lassimp
