@@ -257,31 +257,17 @@ static enum spc_status write_stats(const char *path, const struct result *r,
     return failed ? spc_fail(err, SPC_IO, SPC_NO_OFF, "cannot write the statistics") : SPC_OK;
 }
 
-struct renderer {                   /* one of the two */
-    struct spv_soft *soft;
-    struct spv_gl *gl;
-    struct spv_ctx *ctx;
-};
-
-static void close_renderer(struct renderer *r)
-{
-    spv_soft_free(r->soft);
-    spv_gl_free(r->gl);
-    spv_ctx_free(r->ctx);
-    *r = (struct renderer){0};
-}
-
 /*
  * GL when it was asked for, or where a graphics card draws it. The one context there is without a
  * display, OSMesa, is drawn by the processor: auto does not even make one.
  */
-static enum spc_status open_renderer(const struct arguments *a, struct renderer *r,
+static enum spc_status open_renderer(const struct arguments *a, struct spv_ctx **ctx, struct spv_draw **draw,
                                      struct spc_error *err)
 {
     if (a->renderer != RENDERER_GL)
-        return spv_soft_create(a->threads, &r->soft, err);
-    const enum spc_status status = spv_ctx_osmesa(&r->ctx, err);
-    return status == SPC_OK ? spv_gl_create(r->ctx, &r->gl, err) : status;
+        return spv_soft_create(a->threads, draw, err);
+    const enum spc_status status = spv_ctx_osmesa(ctx, err);
+    return status == SPC_OK ? spv_gl_create(*ctx, draw, err) : status;
 }
 
 static enum spc_status draw(const struct arguments *a, const struct spc_reader *reader,
@@ -289,20 +275,19 @@ static enum spc_status draw(const struct arguments *a, const struct spc_reader *
                             struct spc_error *err)
 {
     const struct spv_draw_options options = {.splat = (enum spv_splat)a->splat, .ambient = 0.2f};
-    struct renderer by = {0};
-    enum spc_status status = open_renderer(a, &by, err);
+    struct spv_draw *by = NULL;
+    struct spv_ctx *ctx = NULL;
+    enum spc_status status = open_renderer(a, &ctx, &by, err);
     if (status == SPC_OK) {
         const double began = cli_seconds();
-        snprintf(r->renderer, sizeof r->renderer, "%s",
-                 by.gl ? spv_gl_name(by.gl) : spv_soft_name(by.soft));
+        snprintf(r->renderer, sizeof r->renderer, "%s", spv_draw_name(by));
         status = spv_select(reader, view, &r->selection, err);
-        if (status == SPC_OK && by.gl != NULL)
-            status = spv_gl_frame(by.gl, reader, view, &r->selection, &options, rgba, err);
-        else if (status == SPC_OK)
-            status = spv_soft_frame(by.soft, reader, view, &r->selection, &options, rgba, err);
+        if (status == SPC_OK)
+            status = spv_draw_selection(by, reader, view, &r->selection, &options, rgba, NULL, err);
         r->frame_ms = 1e3 * (cli_seconds() - began);
     }
-    close_renderer(&by);
+    spv_draw_free(by);
+    spv_ctx_free(ctx);
     return status;
 }
 

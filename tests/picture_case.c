@@ -9,27 +9,27 @@
 #include <stdlib.h>
 
 static enum picture_by used = PICTURE_BY_GL;
-static struct spv_soft *soft;
+static struct spv_draw *soft;
 
 void picture_use(enum picture_by by, unsigned threads)
 {
     struct spc_error err = {0};
     used = by;
-    spv_soft_free(soft);
+    spv_draw_free(soft);
     soft = NULL;
     if (by == PICTURE_BY_SOFT && spv_soft_create(threads, &soft, &err) != SPC_OK)
         ck_abort_msg("no renderer: %s", err.what);
 }
 
-struct spv_soft *picture_soft(void)
+struct spv_draw *picture_soft(void)
 {
     return soft;
 }
 
-static struct spv_gl *renderer(void)
+static struct spv_draw *renderer(void)
 {
     static struct spv_ctx *ctx;
-    static struct spv_gl *gl;
+    static struct spv_draw *gl;
     struct spc_error err = {0};
     if (gl == NULL) {
         if (spv_ctx_osmesa(&ctx, &err) != SPC_OK || spv_gl_create(ctx, &gl, &err) != SPC_OK)
@@ -47,10 +47,9 @@ struct picture picture_draw(const struct spc_reader *reader, const struct spv_vi
     p.rgba = malloc(n * 4);
     p.cover = malloc(n);
     enum spc_status status = spv_select(reader, view, &p.selection, &err);
-    if (status == SPC_OK && used == PICTURE_BY_GL)
-        status = spv_gl_frame(renderer(), reader, view, &p.selection, options, p.rgba, &err);
-    else if (status == SPC_OK)
-        status = spv_soft_frame(soft, reader, view, &p.selection, options, p.rgba, &err);
+    if (status == SPC_OK)
+        status = spv_draw_selection(used == PICTURE_BY_GL ? renderer() : soft, reader, view, &p.selection, options,
+                                    p.rgba, &p.drawn, &err);
     if (status != SPC_OK)
         ck_abort_msg("cannot draw: %s", err.what);
     for (size_t i = 0; i < n; i++)

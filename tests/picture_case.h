@@ -10,6 +10,7 @@ struct picture {
     uint8_t *rgba;
     uint8_t *cover;                 /* alpha != 0 */
     struct spv_selection selection;
+    struct spv_drawn drawn;
 };
 
 /* The back end of picture_draw: OSMesa, or the one without GL, on so many threads. */
@@ -17,7 +18,7 @@ enum picture_by { PICTURE_BY_GL, PICTURE_BY_SOFT };
 void picture_use(enum picture_by by, unsigned threads);
 
 /* That of PICTURE_BY_SOFT. */
-struct spv_soft *picture_soft(void);
+struct spv_draw *picture_soft(void);
 
 /* The renderer is made on first use; any failure fails the test. */
 struct picture picture_draw(const struct spc_reader *reader, const struct spv_view *view,

@@ -177,11 +177,10 @@ START_TEST(counts_are_those_of_the_processor)
         const struct picture_view v = around(i, i < 6 ? 0 : 0.4, (enum spv_mode)(i % 3), 0.5 * (i + 1));
         struct spv_view view = picture_view(&v);
         struct spv_count c;
-        uint64_t nodes, triangles;
         view.cull = i % 2;
         struct picture p = picture_draw(r, &view, &EXACT);
         ck_assert_int_eq(spv_count(r, &view, &p.selection, &c, NULL), SPC_OK);
-        spv_soft_drawn(picture_soft(), &nodes, &triangles);
+        const uint64_t nodes = p.drawn.nodes, triangles = p.drawn.triangles;
         if (!spv_culls_back(r, &view)) {
             ck_assert_uint_eq(nodes, c.nodes_drawn);
             ck_assert_uint_eq(triangles, c.triangles_drawn);
@@ -371,15 +370,7 @@ START_TEST(triangles_through_the_eyes_plane_are_seen_from_both_sides)
 }
 END_TEST
 
-static const uint8_t *kept(void *ctx, unsigned worker, uint32_t block, struct spc_error *err)
-{
-    uint8_t *const *payloads = ctx;
-    ck_assert_uint_lt(worker, 2);
-    ck_assert_int_eq(err->status, SPC_OK);
-    return payloads[block];
-}
-
-/* Blocks that are decoded already, in any order, in several calls. */
+/* Blocks of which some are decoded already, in any order. */
 START_TEST(decoded_blocks_in_any_order_are_the_same_picture)
 {
     struct case_mesh m = case_sphere(8000, 11);
@@ -395,14 +386,16 @@ START_TEST(decoded_blocks_in_any_order_are_the_same_picture)
     const struct picture_view v = around(0, 0, SPV_HYBRID, 3);
     const struct spv_view view = picture_view(&v);
     struct picture whole = picture_draw(r, &view, &EXACT), parts = picture_draw(r, &view, &EXACT);
-    const struct spv_soft_source source = {kept, payloads};
-    const struct spv_tile tile = {0, 0, SIDE, SIDE};
+    const uint32_t n = whole.selection.block_count;
+    struct spv_item *items = calloc(n, sizeof *items);
+    struct spv_part part = {.reader = r, .items = items, .item_count = n};
     memset(parts.rgba, 1, (size_t)4 * SIDE * SIDE);
-    ck_assert_int_eq(spv_soft_begin(picture_soft(), r, &view, &EXACT, &tile, NULL), SPC_OK);
-    for (uint32_t i = whole.selection.block_count; i-- > 0;)
-        ck_assert_int_eq(spv_soft_draw(picture_soft(), &source, &whole.selection.blocks[i].block, 1, NULL),
-                         SPC_OK);
-    spv_soft_end(picture_soft(), parts.rgba);
+    for (uint32_t i = 0; i < n; i++) {
+        const uint32_t block = whole.selection.blocks[n - 1 - i].block;
+        items[i] = (struct spv_item){block, i % 3 ? payloads[block] : NULL, -1};
+    }
+    ck_assert_int_eq(spv_draw_frame(picture_soft(), &view, NULL, &part, 1, &EXACT, parts.rgba, NULL, NULL), SPC_OK);
+    free(items);
     expect_same(&whole, &parts, "parts");
     picture_release(&whole);
     picture_release(&parts);
@@ -431,7 +424,7 @@ START_TEST(a_damaged_block_is_named_and_the_next_frame_is_whole)
     ck_assert_int_eq(spc_reader_open_memory(copy, size, &broken, NULL), SPC_OK);
     for (int k = 0; k < 3; k++) {
         struct spc_error err = {0};
-        ck_assert_int_eq(spv_soft_frame(picture_soft(), broken, &view, &p.selection, &EXACT, rgba, &err),
+        ck_assert_int_eq(spv_draw_selection(picture_soft(), broken, &view, &p.selection, &EXACT, rgba, NULL, &err),
                          SPC_CHECKSUM);
         ck_assert_int_eq(err.status, SPC_CHECKSUM);
         ck_assert_uint_eq(err.at_off, b.off);
@@ -461,7 +454,8 @@ START_TEST(tests_of_nodes_are_those_of_the_processor_to_the_last_bit)
     for (int round = 0; round < 200; round++) {
         const struct spc_header h = {.unit_exp = 4};
         const struct spv_view view = {.eps = ldexp(1, -round % 20), .mode = SPV_HYBRID};
-        const struct soft_frame f = {.header = &h, .view = &view, .wide = round % 2 && spv_wide_here()};
+        const struct soft_frame f = {.header = &h, .view = &view, .tested = &view,
+                                     .wide = round % 2 && spv_wide_here()};
         const struct soft_block b = {.frame = &f, .b = {.step_exp = -4, .link_base = -40 + round % 9},
                                      .payload = records, .lower = round % 4 < 2};
         const struct spv_interval in = {.step = 0x1p-8f, .eps = (float)view.eps,

@@ -7,7 +7,7 @@
  * quads, in a second pass over the blocks that can hold any. Pictures larger than a tile are drawn
  * in tiles.
  */
-#include "draw.h"
+#include "draw_int.h"
 
 #include "bytes.h"
 #include "ctx.h"
@@ -31,13 +31,13 @@ struct program {
 };
 
 struct spv_gl {
+    struct spv_draw base;
     struct spv_gl_api api;
     struct program splat, triangle;
     GLuint vao, frame, color, depth, buffers[BUF_COUNT], textures[BUF_COUNT];
     int target_side_max;            /* px */
     int target_width, target_height;
     float point_limit;              /* px */
-    char name[128];
     uint8_t *payload;               /* decoded block */
     size_t payload_max;
 };
@@ -130,7 +130,7 @@ static enum spc_status check_context(struct spv_gl *gl, struct spc_error *err)
     gl->api.GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &side);
     gl->api.GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &buffer);
     gl->api.GetFloatv(GL_POINT_SIZE_RANGE, points);
-    snprintf(gl->name, sizeof gl->name, "%s, OpenGL %d.%d",
+    snprintf(gl->base.name, sizeof gl->base.name, "%s, OpenGL %d.%d",
              (const char *)gl->api.GetString(GL_RENDERER), major, minor);
     if (major < 3 || (major == 3 && minor < 3))
         return spc_fail(err, SPC_FEATURE, SPC_NO_OFF, "OpenGL %d.%d is older than 3.3", major,
@@ -142,48 +142,9 @@ static enum spc_status check_context(struct spv_gl *gl, struct spc_error *err)
     return SPC_OK;
 }
 
-enum spc_status spv_gl_create(const struct spv_ctx *ctx, struct spv_gl **out,
-                              struct spc_error *err)
+static void release(struct spv_draw *draw)
 {
-    *out = NULL;
-    struct spv_gl *gl = calloc(1, sizeof *gl);
-    if (gl == NULL)
-        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the renderer");
-    enum spc_status status = load_api(gl, ctx, err);
-    if (status != SPC_OK) {
-        free(gl);
-        return status;
-    }
-    status = check_context(gl, err);
-    if (status == SPC_OK)
-        status = make_program(gl, GLSL_SPLAT_VS, GLSL_SPLAT_FS, &gl->splat, err);
-    if (status == SPC_OK)
-        status = make_program(gl, GLSL_TRIANGLE_VS, GLSL_TRIANGLE_FS, &gl->triangle, err);
-    if (status != SPC_OK) {
-        spv_gl_free(gl);
-        return status;
-    }
-    const struct spv_gl_api *f = &gl->api;
-    f->GenVertexArrays(1, &gl->vao);
-    f->BindVertexArray(gl->vao);
-    f->GenBuffers(BUF_COUNT, gl->buffers);
-    f->GenTextures(BUF_COUNT, gl->textures);
-    f->GenFramebuffers(1, &gl->frame);
-    f->GenRenderbuffers(1, &gl->color);
-    f->GenRenderbuffers(1, &gl->depth);
-    f->Enable(GL_DEPTH_TEST);
-    f->Enable(GL_PROGRAM_POINT_SIZE);
-    f->DepthFunc(GL_GREATER);
-    f->ClearDepth(0);
-    f->ClearColor(0, 0, 0, 0);
-    *out = gl;
-    return SPC_OK;
-}
-
-void spv_gl_free(struct spv_gl *gl)
-{
-    if (gl == NULL)
-        return;
+    struct spv_gl *gl = (struct spv_gl *)draw;
     const struct spv_gl_api *f = &gl->api;
     f->DeleteProgram(gl->splat.id);
     f->DeleteProgram(gl->triangle.id);
@@ -195,11 +156,6 @@ void spv_gl_free(struct spv_gl *gl)
     f->DeleteVertexArrays(1, &gl->vao);
     free(gl->payload);
     free(gl);
-}
-
-const char *spv_gl_name(const struct spv_gl *gl)
-{
-    return gl->name;
 }
 
 static enum spc_status set_target(struct spv_gl *gl, int width, int height, struct spc_error *err)
@@ -464,8 +420,8 @@ static enum spc_status read_tile(const struct frame *f, uint8_t *rgba, struct sp
     return SPC_OK;
 }
 
-static enum spc_status draw_tile(struct frame *f, const struct spv_selection *selection,
-                                 uint8_t *rgba, struct spc_error *err)
+static enum spc_status draw_tile(struct frame *f, const struct spv_part *part, uint8_t *rgba,
+                                 struct spc_error *err)
 {
     enum spc_status status =
         set_target(f->gl, f->width + 2 * GUARD, f->height + 2 * GUARD, err);
@@ -473,29 +429,91 @@ static enum spc_status draw_tile(struct frame *f, const struct spv_selection *se
         return status;
     set_frame(f, &f->gl->splat);
     set_frame(f, &f->gl->triangle);
-    for (uint32_t i = 0; i < selection->block_count && status == SPC_OK; i++)
-        status = draw_block(f, selection->blocks[i].block, err);
+    for (uint32_t i = 0; i < part->item_count && status == SPC_OK; i++)
+        status = draw_block(f, part->items[i].block, err);
     return status == SPC_OK ? read_tile(f, rgba, err) : status;
 }
 
-enum spc_status spv_gl_frame(struct spv_gl *gl, const struct spc_reader *reader,
-                             const struct spv_view *view, const struct spv_selection *selection,
-                             const struct spv_draw_options *options, uint8_t *rgba,
-                             struct spc_error *err)
+static enum spc_status draw_parts(struct spv_draw *draw, const struct frame_input *in, uint8_t *rgba,
+                                  struct spv_drawn *drawn, struct spc_error *err)
 {
-    struct frame f = {.gl = gl, .reader = reader, .header = spc_reader_header(reader),
-                      .view = view, .options = options};
-    int side = options->tile > 0 ? options->tile : TILE_DEFAULT;
+    struct spv_gl *gl = (struct spv_gl *)draw;
+    const struct spv_view *view = in->view;
+    const struct spv_part *part = &in->parts[0];
+    struct frame f = {.gl = gl, .reader = part->reader, .header = spc_reader_header(part->reader),
+                      .view = view, .options = in->options};
+    int side = in->options->tile > 0 ? in->options->tile : TILE_DEFAULT;
     if (side > gl->target_side_max - 2 * GUARD)
         side = gl->target_side_max - 2 * GUARD;
+    drawn->nodes = drawn->triangles = UINT64_MAX;
     place_eye(&f);
     for (f.y0 = 0; f.y0 < view->camera.height; f.y0 += side)
         for (f.x0 = 0; f.x0 < view->camera.width; f.x0 += side) {
             f.width = view->camera.width - f.x0 < side ? view->camera.width - f.x0 : side;
             f.height = view->camera.height - f.y0 < side ? view->camera.height - f.y0 : side;
-            const enum spc_status status = draw_tile(&f, selection, rgba, err);
+            const enum spc_status status = draw_tile(&f, part, rgba, err);
             if (status != SPC_OK)
                 return status;
         }
+    return SPC_OK;
+}
+
+static void *keep(struct spv_draw *draw, const struct spc_reader *reader, uint32_t block, uint8_t *payload)
+{
+    (void)draw;
+    (void)reader;
+    (void)block;
+    return payload;
+}
+
+static void drop(struct spv_draw *draw, void *kept)
+{
+    (void)draw;
+    free(kept);
+}
+
+bool spv_gl_is_software(const struct spv_draw *draw)
+{
+    return strstr(draw->name, "llvmpipe") != NULL || strstr(draw->name, "softpipe") != NULL ||
+           strstr(draw->name, "swrast") != NULL || strstr(draw->name, "SWR") != NULL;
+}
+
+static const struct draw_ops OPS = {release, draw_parts, keep, drop};
+
+enum spc_status spv_gl_create(const struct spv_ctx *ctx, struct spv_draw **out, struct spc_error *err)
+{
+    *out = NULL;
+    struct spv_gl *gl = calloc(1, sizeof *gl);
+    if (gl == NULL)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the renderer");
+    gl->base.ops = &OPS;
+    enum spc_status status = load_api(gl, ctx, err);
+    if (status != SPC_OK) {
+        free(gl);
+        return status;
+    }
+    status = check_context(gl, err);
+    if (status == SPC_OK)
+        status = make_program(gl, GLSL_SPLAT_VS, GLSL_SPLAT_FS, &gl->splat, err);
+    if (status == SPC_OK)
+        status = make_program(gl, GLSL_TRIANGLE_VS, GLSL_TRIANGLE_FS, &gl->triangle, err);
+    if (status != SPC_OK) {
+        release(&gl->base);
+        return status;
+    }
+    const struct spv_gl_api *f = &gl->api;
+    f->GenVertexArrays(1, &gl->vao);
+    f->BindVertexArray(gl->vao);
+    f->GenBuffers(BUF_COUNT, gl->buffers);
+    f->GenTextures(BUF_COUNT, gl->textures);
+    f->GenFramebuffers(1, &gl->frame);
+    f->GenRenderbuffers(1, &gl->color);
+    f->GenRenderbuffers(1, &gl->depth);
+    f->Enable(GL_DEPTH_TEST);
+    f->Enable(GL_PROGRAM_POINT_SIZE);
+    f->DepthFunc(GL_GREATER);
+    f->ClearDepth(0);
+    f->ClearColor(0, 0, 0, 0);
+    *out = &gl->base;
     return SPC_OK;
 }

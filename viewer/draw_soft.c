@@ -1,8 +1,8 @@
 /*
  * draw_soft.c - the back end without GL: blocks to threads, framebuffer to picture.
  *
- * A block is decoded, tested and drawn by one thread, straight out of that thread's buffer; all
- * threads draw into one framebuffer, whose pixels only ever grow (soft_int.h). Blocks near the eye
+ * A block is decoded, where nobody kept it, tested and drawn by one thread; all threads draw into one
+ * framebuffer, whose pixels only ever grow (soft_int.h). Blocks near the eye
  * come first: what they hide costs little afterwards. Pictures of more than BAND_PX pixels are drawn
  * in bands, for the framebuffer's memory; each decodes what reaches into it.
  */
@@ -19,11 +19,16 @@
 enum { JOB_PX = 1 << 16 };          /* what a thread clears or writes out at a time */
 
 struct spv_soft {
+    struct spv_draw base;
     struct spv_threads *threads;
     struct soft_scratch **scratch;  /* one a thread */
     struct worker *workers;
-    struct soft_frame frame;
+    struct soft_frame *frames;      /* one a part: the same but for reader and eye */
+    uint32_t frames_max;
+    _Atomic uint64_t *words;
     size_t words_max;
+    struct placed *placed;          /* what is drawn, near first */
+    size_t placed_max;
     bool wide;
 };
 
@@ -34,33 +39,19 @@ struct worker {                     /* one a thread */
     size_t failed;
 };
 
-enum spc_status spv_soft_create(unsigned threads, struct spv_soft **out, struct spc_error *err)
+static struct spv_soft *soft_of(struct spv_draw *draw)
 {
-    *out = NULL;
-    struct spv_soft *soft = calloc(1, sizeof *soft);
-    if (soft != NULL)
-        soft->threads = spv_threads_create(threads);
-    if (soft != NULL && soft->threads != NULL) {
-        const unsigned n = spv_threads_count(soft->threads);
-        bool whole = true;
-        soft->scratch = calloc(n, sizeof *soft->scratch);
-        soft->workers = calloc(n, sizeof *soft->workers);
-        for (unsigned t = 0; t < n && soft->scratch != NULL; t++)
-            whole &= (soft->scratch[t] = calloc(1, sizeof **soft->scratch)) != NULL;
-        if (whole && soft->scratch != NULL && soft->workers != NULL) {
-            soft->wide = spv_wide_here();
-            *out = soft;
-            return SPC_OK;
-        }
-    }
-    spv_soft_free(soft);
-    return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the renderer");
+    return (struct spv_soft *)draw;
 }
 
-void spv_soft_free(struct spv_soft *soft)
+void spv_soft_narrow(struct spv_draw *draw)
 {
-    if (soft == NULL)
-        return;
+    soft_of(draw)->wide = false;
+}
+
+static void release(struct spv_draw *draw)
+{
+    struct spv_soft *soft = soft_of(draw);
     const unsigned n = soft->threads ? spv_threads_count(soft->threads) : 0;
     for (unsigned t = 0; t < n; t++) {
         if (soft->scratch != NULL && soft->scratch[t] != NULL)
@@ -73,32 +64,10 @@ void spv_soft_free(struct spv_soft *soft)
     spv_threads_free(soft->threads);
     free(soft->scratch);
     free(soft->workers);
-    free(soft->frame.words);
+    free(soft->frames);
+    free((void *)soft->words);
+    free(soft->placed);
     free(soft);
-}
-
-const char *spv_soft_name(const struct spv_soft *soft)
-{
-    return soft->wide ? "soft, 256-bit vectors" : "soft";
-}
-
-void spv_soft_narrow(struct spv_soft *soft)
-{
-    soft->wide = false;
-}
-
-unsigned spv_soft_threads(const struct spv_soft *soft)
-{
-    return spv_threads_count(soft->threads);
-}
-
-void spv_soft_drawn(const struct spv_soft *soft, uint64_t *nodes, uint64_t *triangles)
-{
-    *nodes = *triangles = 0;
-    for (unsigned t = 0; t < spv_soft_threads(soft); t++) {
-        *nodes += soft->scratch[t]->points;
-        *triangles += soft->scratch[t]->triangles;
-    }
 }
 
 /* ---- framebuffer ------------------------------------------------------------------------------- */
@@ -131,31 +100,39 @@ static void take_camera(struct soft_frame *f, const struct spv_camera *c)
     f->flat_px = (float)(c->focal_px / 256);        /* light changes by less than half of 1/255 */
 }
 
-enum spc_status spv_soft_begin(struct spv_soft *soft, const struct spc_reader *reader,
-                               const struct spv_view *view, const struct spv_draw_options *options,
-                               const struct spv_tile *tile, struct spc_error *err)
+static enum spc_status take_words(struct spv_soft *soft, const struct spv_tile *tile, struct spc_error *err)
 {
-    struct soft_frame *f = &soft->frame;
-    _Atomic uint64_t *words = f->words;
-    const size_t n = (size_t)tile->width * (size_t)tile->height;
-    if (n > soft->words_max) {
-        free(words);
-        f->words = NULL;
-        soft->words_max = 0;
-        words = n > SIZE_MAX / sizeof *words ? NULL : aligned_alloc(64, align_up(n * sizeof *words, 64));
-        if (words == NULL)
-            return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to draw %d x %d pixels: %zu MB",
-                            tile->width, tile->height, n / (((size_t)1 << 20) / sizeof *words));
-        soft->words_max = n;
+    const size_t n = (size_t)tile->width * (size_t)tile->height, each = sizeof *soft->words;
+    if (n <= soft->words_max)
+        return SPC_OK;
+    free((void *)soft->words);
+    soft->words_max = 0;
+    soft->words = n > SIZE_MAX / each ? NULL : aligned_alloc(64, align_up(n * each, 64));
+    if (soft->words == NULL)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to draw %d x %d pixels: %zu MB", tile->width,
+                        tile->height, n / (((size_t)1 << 20) / each));
+    soft->words_max = n;
+    return SPC_OK;
+}
+
+static enum spc_status begin(struct spv_soft *soft, const struct frame_input *in, const struct spv_tile *tile,
+                             struct spc_error *err)
+{
+    const enum spc_status status = take_words(soft, tile, err);
+    if (status != SPC_OK)
+        return status;
+    const bool alone = spv_threads_count(soft->threads) == 1;
+    for (uint32_t p = 0; p < in->part_count; p++) {
+        struct soft_frame *f = &soft->frames[p];
+        const struct spc_reader *reader = in->parts[p].reader;
+        *f = (struct soft_frame){.reader = reader, .header = spc_reader_header(reader), .view = in->view,
+                                 .tested = in->tested, .splat = in->options->splat,
+                                 .ambient = in->options->ambient, .tile = *tile, .words = soft->words,
+                                 .alone = alone, .wide = soft->wide};
+        take_camera(f, &in->view->camera);
     }
-    *f = (struct soft_frame){.reader = reader, .header = spc_reader_header(reader), .view = view,
-                             .splat = options->splat, .ambient = options->ambient, .tile = *tile,
-                             .words = words, .alone = spv_soft_threads(soft) == 1,
-                             .wide = soft->wide};
-    take_camera(f, &view->camera);
-    for (unsigned t = 0; t < spv_soft_threads(soft); t++)
-        soft->scratch[t]->points = soft->scratch[t]->triangles = 0;
-    spv_threads_run(soft->threads, (n + JOB_PX - 1) / JOB_PX, clear, f);
+    if (in->part_count > 0)
+        spv_threads_run(soft->threads, (tile_px(soft->frames) + JOB_PX - 1) / JOB_PX, clear, soft->frames);
     return SPC_OK;
 }
 
@@ -178,19 +155,41 @@ static bool resolve_row(void *ctx, unsigned worker, size_t y)
     return true;
 }
 
-void spv_soft_end(struct spv_soft *soft, uint8_t *rgba)
+static void end(struct spv_soft *soft, uint8_t *rgba)
 {
-    struct resolve r = {.frame = &soft->frame, .rgba = rgba};
-    spv_threads_run(soft->threads, (size_t)soft->frame.tile.height, resolve_row, &r);
+    struct resolve r = {.frame = &soft->frames[0], .rgba = rgba};
+    spv_threads_run(soft->threads, (size_t)r.frame->tile.height, resolve_row, &r);
 }
 
 /* ---- blocks ------------------------------------------------------------------------------------ */
 
+struct placed {                     /* an item of a part */
+    double distance2;               /* of the cluster's box from the eye */
+    uint32_t order, part, item;
+};
+
 struct draw {
     struct spv_soft *soft;
-    const struct spv_soft_source *source;
-    const uint32_t *blocks;
+    const struct frame_input *in;
+    const struct placed *placed;
 };
+
+/* Decodes into the worker's own buffer; NULL: it failed. */
+static const uint8_t *decode(const struct soft_frame *f, struct worker *w, const struct spc_block *b,
+                             uint32_t block)
+{
+    if (b->raw_bytes > w->payload_max) {
+        free(w->payload);
+        w->payload_max = 0;
+        w->payload = malloc(b->raw_bytes);
+        if (w->payload == NULL) {
+            spc_fail(&w->err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to decode a block");
+            return NULL;
+        }
+        w->payload_max = b->raw_bytes;
+    }
+    return spc_block_decode(f->reader, block, true, w->payload, &w->err) == SPC_OK ? w->payload : NULL;
+}
 
 /* May something in the box be seen in the tile? Only asked where the tile is not the picture. */
 static bool reaches_tile(const struct soft_frame *f, const struct spc_cluster *c, const double eye[3])
@@ -223,6 +222,7 @@ static bool draw_decoded(const struct soft_block *b, struct soft_scratch *s, str
         return false;
     }
     for (uint32_t r = 0; r < ranges.count; r++) {
+        s->tested += (uint64_t)ranges.nodes[r];
         const uint32_t first = (uint32_t)ranges.first[r], n = (uint32_t)ranges.nodes[r];
         if (triangles)
             spv_soft_triangles(b, s, first, n);
@@ -235,34 +235,37 @@ static bool draw_decoded(const struct soft_block *b, struct soft_scratch *s, str
 static bool draw_block(void *ctx, unsigned worker, size_t i)
 {
     const struct draw *d = ctx;
-    const struct soft_frame *f = &d->soft->frame;
+    const struct placed *at = &d->placed[i];
+    const struct spv_item *item = &d->in->parts[at->part].items[at->item];
+    const struct soft_frame *f = &d->soft->frames[at->part];
+    const struct spv_camera *c = &f->view->camera;
     struct worker *w = &d->soft->workers[worker];
     struct soft_block b = {.frame = f};
-    spc_reader_block(f->reader, d->blocks[i], &b.b);
+    spc_reader_block(f->reader, item->block, &b.b);
     spc_reader_cluster(f->reader, b.b.cluster, &b.c);
-    spv_eye_of_cluster(f->reader, &b.c, &f->view->camera, b.eye);
-    const struct spv_camera *c = &f->view->camera;
+    spv_eye_of_cluster(f->reader, &b.c, c, b.eye);
     if ((f->tile.width < c->width || f->tile.height < c->height) && !reaches_tile(f, &b.c, b.eye))
         return true;
     spc_block_layout(&b.b, f->header->flags, f->header->normal_clusters, &b.l);
     b.lower = b.b.kind == SPC_BLOCK_INNER ||
               (f->view->mode == SPV_HYBRID && (f->header->flags & SPC_FLAG_TRIANGLES));
-    b.payload = d->source->payload(d->source->ctx, worker, d->blocks[i], &w->err);
+    b.payload = item->kept != NULL ? item->kept : decode(f, w, &b.b, item->block);
     if (b.payload != NULL && draw_decoded(&b, d->soft->scratch[worker], &w->err))
         return true;
     w->failed = i;
     return false;
 }
 
-enum spc_status spv_soft_draw(struct spv_soft *soft, const struct spv_soft_source *source,
-                              const uint32_t *blocks, size_t count, struct spc_error *err)
+static enum spc_status draw_items(struct spv_soft *soft, const struct frame_input *in, size_t count,
+                                  struct spc_error *err)
 {
-    struct draw d = {.soft = soft, .source = source, .blocks = blocks};
+    struct draw d = {.soft = soft, .in = in, .placed = soft->placed};
     const struct worker *first = NULL;
-    for (unsigned t = 0; t < spv_soft_threads(soft); t++)
+    const unsigned n = spv_threads_count(soft->threads);
+    for (unsigned t = 0; t < n; t++)
         soft->workers[t].err = (struct spc_error){0};
     spv_threads_run(soft->threads, count, draw_block, &d);
-    for (unsigned t = 0; t < spv_soft_threads(soft); t++) {
+    for (unsigned t = 0; t < n; t++) {
         const struct worker *w = &soft->workers[t];
         if (w->err.status != SPC_OK && (first == NULL || w->failed < first->failed))
             first = w;
@@ -273,32 +276,6 @@ enum spc_status spv_soft_draw(struct spv_soft *soft, const struct spv_soft_sourc
 }
 
 /* ---- frame ------------------------------------------------------------------------------------- */
-
-/* Decodes into the worker's own buffer. */
-static const uint8_t *decode(void *ctx, unsigned worker, uint32_t block, struct spc_error *err)
-{
-    struct spv_soft *soft = ctx;
-    struct worker *w = &soft->workers[worker];
-    struct spc_block b;
-    spc_reader_block(soft->frame.reader, block, &b);
-    if (b.raw_bytes > w->payload_max) {
-        free(w->payload);
-        w->payload_max = 0;
-        w->payload = malloc(b.raw_bytes);
-        if (w->payload == NULL) {
-            spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to decode a block");
-            return NULL;
-        }
-        w->payload_max = b.raw_bytes;
-    }
-    return spc_block_decode(soft->frame.reader, block, true, w->payload, err) == SPC_OK ? w->payload
-                                                                                      : NULL;
-}
-
-struct placed {
-    double distance2;               /* of the cluster's box from the eye */
-    uint32_t order, block;
-};
 
 static int nearer(const void *a, const void *b)
 {
@@ -320,55 +297,112 @@ static double distance2(const struct spc_reader *reader, const struct spv_view *
         const double out = fmax(0, fmax((double)c.box[a] - eye[a], eye[a] - (double)c.box[a + 3]));
         sum += out * out;
     }
-    return sum;
+    return ldexp(sum, 2 * spc_reader_header(reader)->unit_exp);
 }
 
-static enum spc_status near_first(const struct spc_reader *reader, const struct spv_view *view,
-                                  const struct spv_selection *selection, uint32_t **out,
+/* Orders all parts' items; their number into *count. */
+static enum spc_status near_first(struct spv_soft *soft, const struct frame_input *in, size_t *count,
                                   struct spc_error *err)
 {
-    const size_t n = selection->block_count;
-    struct placed *placed = malloc((n + 1) * sizeof *placed);
-    *out = malloc((n + 1) * sizeof **out);
-    if (placed == NULL || *out == NULL) {
-        free(placed);
-        free(*out);
-        *out = NULL;
+    size_t n = 0;
+    *count = 0;
+    for (uint32_t p = 0; p < in->part_count; p++)
+        n += in->parts[p].item_count;
+    if (n > soft->placed_max || in->part_count > soft->frames_max) {
+        free(soft->placed);
+        free(soft->frames);
+        soft->placed = malloc(n * sizeof *soft->placed + 1);
+        soft->frames = malloc(in->part_count * sizeof *soft->frames + 1);
+        soft->placed_max = n;
+        soft->frames_max = in->part_count;
+    }
+    if (soft->placed == NULL || soft->frames == NULL) {
+        soft->placed_max = soft->frames_max = 0;
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to order blocks");
     }
-    for (uint32_t i = 0; i < n; i++) {
-        const uint32_t block = selection->blocks[i].block;
-        placed[i] = (struct placed){distance2(reader, view, block), i, block};
-    }
-    qsort(placed, n, sizeof *placed, nearer);
-    for (size_t i = 0; i < n; i++)
-        (*out)[i] = placed[i].block;
-    free(placed);
+    for (uint32_t p = 0; p < in->part_count; p++)
+        for (uint32_t i = 0; i < in->parts[p].item_count; i++, ++*count)
+            soft->placed[*count] = (struct placed){
+                distance2(in->parts[p].reader, in->view, in->parts[p].items[i].block), (uint32_t)*count, p, i};
+    qsort(soft->placed, n, sizeof *soft->placed, nearer);
     return SPC_OK;
 }
 
-enum spc_status spv_soft_frame(struct spv_soft *soft, const struct spc_reader *reader,
-                               const struct spv_view *view, const struct spv_selection *selection,
-                               const struct spv_draw_options *options, uint8_t *rgba,
-                               struct spc_error *err)
+static void add_up(const struct spv_soft *soft, struct spv_drawn *drawn)
 {
-    const struct spv_soft_source source = {decode, soft};
-    const int width = view->camera.width, height = view->camera.height;
+    for (unsigned t = 0; t < spv_threads_count(soft->threads); t++) {
+        drawn->nodes += soft->scratch[t]->points;
+        drawn->triangles += soft->scratch[t]->triangles;
+        drawn->nodes_processed += soft->scratch[t]->tested;
+        soft->scratch[t]->points = soft->scratch[t]->triangles = soft->scratch[t]->tested = 0;
+    }
+}
+
+static enum spc_status draw_parts(struct spv_draw *draw, const struct frame_input *in, uint8_t *rgba,
+                                  struct spv_drawn *drawn, struct spc_error *err)
+{
+    struct spv_soft *soft = soft_of(draw);
+    const int width = in->view->camera.width, height = in->view->camera.height, tile = in->options->tile;
     const int band = (size_t)width < BAND_PX ? (int)(BAND_PX / (size_t)width) : 1;
-    const int step_x = options->tile > 0 ? options->tile : width;
-    const int step_y = options->tile > 0 ? options->tile : band;
-    uint32_t *blocks = NULL;
-    enum spc_status status = near_first(reader, view, selection, &blocks, err);
+    const int step_x = tile > 0 ? tile : width, step_y = tile > 0 ? tile : band;
+    size_t count;
+    enum spc_status status = near_first(soft, in, &count, err);
     for (int y = 0; y < height && status == SPC_OK; y += step_y)
         for (int x = 0; x < width && status == SPC_OK; x += step_x) {
-            const struct spv_tile tile = {x, y, width - x < step_x ? width - x : step_x,
-                                          height - y < step_y ? height - y : step_y};
-            status = spv_soft_begin(soft, reader, view, options, &tile, err);
+            const struct spv_tile at = {x, y, width - x < step_x ? width - x : step_x,
+                                        height - y < step_y ? height - y : step_y};
+            status = begin(soft, in, &at, err);
             if (status == SPC_OK)
-                status = spv_soft_draw(soft, &source, blocks, selection->block_count, err);
+                status = draw_items(soft, in, count, err);
             if (status == SPC_OK)
-                spv_soft_end(soft, rgba);
+                end(soft, rgba);
         }
-    free(blocks);
+    add_up(soft, drawn);
     return status;
+}
+
+/* ---- life -------------------------------------------------------------------------------------- */
+
+static void *keep(struct spv_draw *draw, const struct spc_reader *reader, uint32_t block, uint8_t *payload)
+{
+    (void)draw;
+    (void)reader;
+    (void)block;
+    return payload;
+}
+
+static void drop(struct spv_draw *draw, void *kept)
+{
+    (void)draw;
+    free(kept);
+}
+
+static const struct draw_ops OPS = {release, draw_parts, keep, drop};
+
+enum spc_status spv_soft_create(unsigned threads, struct spv_draw **out, struct spc_error *err)
+{
+    *out = NULL;
+    struct spv_soft *soft = calloc(1, sizeof *soft);
+    if (soft != NULL) {
+        soft->base.ops = &OPS;
+        soft->threads = spv_threads_create(threads);
+    }
+    if (soft != NULL && soft->threads != NULL) {
+        const unsigned n = spv_threads_count(soft->threads);
+        bool whole = true;
+        soft->scratch = calloc(n, sizeof *soft->scratch);
+        soft->workers = calloc(n, sizeof *soft->workers);
+        for (unsigned t = 0; t < n && soft->scratch != NULL; t++)
+            whole &= (soft->scratch[t] = calloc(1, sizeof **soft->scratch)) != NULL;
+        if (whole && soft->scratch != NULL && soft->workers != NULL) {
+            soft->wide = spv_wide_here();
+            snprintf(soft->base.name, sizeof soft->base.name, "soft%s, %u thread%s",
+                     soft->wide ? ", 256-bit vectors" : "", n, n == 1 ? "" : "s");
+            *out = &soft->base;
+            return SPC_OK;
+        }
+    }
+    if (soft != NULL)
+        release(&soft->base);
+    return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the renderer");
 }

@@ -13,7 +13,7 @@
 #define SPV_SOFT_INT_H
 
 #include "lanes.h"
-#include "soft.h"
+#include "draw_int.h"
 
 #include <stdatomic.h>
 
@@ -27,10 +27,14 @@ static const float LANE_Y[LANES] = {0, 0, 0, 0, 1, 1, 1, 1};
 static const uint32_t LANE_BIT[LANES] = {1, 2, 4, 8, 16, 32, 64, 128};
 enum { LANES_WIDE = 4, LANES_HIGH = 2 };
 
-struct soft_frame {                 /* what all blocks share */
+struct spv_tile {                   /* part of a picture, px, from its top left */
+    int x0, y0, width, height;
+};
+
+struct soft_frame {                 /* what all blocks of a part share */
     const struct spc_reader *reader;
     const struct spc_header *header;
-    const struct spv_view *view;
+    const struct spv_view *view, *tested;
     enum spv_splat splat;
     float ambient;
     double axes[3][3];              /* right, down, forward */
@@ -60,6 +64,7 @@ struct soft_vertex {                /* projected */
 
 struct soft_scratch {               /* one a thread */
     uint64_t points, triangles;     /* that passed their tests */
+    uint64_t tested;                /* nodes, once each */
     struct soft_vertex *vertices;
     size_t vertices_max;
     uint8_t pass[SOFT_CHUNK];

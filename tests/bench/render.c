@@ -8,7 +8,6 @@
 #include "bench.h"
 #include "ctx.h"
 #include "draw.h"
-#include "soft.h"
 #include "views.h"
 
 #include <string.h>
@@ -26,14 +25,6 @@ static double user_ms(void)
 struct kept {                       /* decoded blocks, by number */
     uint8_t **payloads;
 };
-
-static const uint8_t *payload_of(void *ctx, unsigned worker, uint32_t block, struct spc_error *err)
-{
-    const struct kept *k = ctx;
-    (void)worker;
-    (void)err;
-    return k->payloads[block];
-}
 
 static void keep(const struct bench_archive *a, const struct spv_selection *s, struct kept *k)
 {
@@ -69,8 +60,7 @@ static double differ(const uint8_t *a, const uint8_t *b)
 }
 
 struct renderers {
-    struct spv_gl *gl;
-    struct spv_soft *soft;
+    struct spv_draw *gl, *soft;
     uint8_t *by_gl, *by_soft;
 };
 
@@ -83,37 +73,31 @@ static void measure(const struct renderers *r, const struct bench_archive *a, in
     struct spv_selection s = {0};
     struct spc_error err = {0};
     double ms[3][ROUNDS];
-    uint64_t nodes, triangles;
+    struct spv_drawn drawn;
     struct kept kept;
     view.mode = mode;
     bench_must(spv_select(a->reader, &view, &s, &err), a->path, &err);
     keep(a, &s, &kept);
-    const struct spv_soft_source source = {payload_of, &kept};
+    struct spv_item *items = bench_memory(s.block_count * sizeof *items);
+    struct spv_part part = {.reader = a->reader, .items = items, .item_count = s.block_count};
+    for (uint32_t i = 0; i < s.block_count; i++)
+        items[i] = (struct spv_item){s.blocks[i].block, kept.payloads[s.blocks[i].block], -1};
     for (int k = 0; k < ROUNDS; k++) {
         double began = user_ms();
         if (r->gl != NULL)
-            bench_must(spv_gl_frame(r->gl, a->reader, &view, &s, &options, r->by_gl, &err), a->path,
-                       &err);
+            bench_must(spv_draw_selection(r->gl, a->reader, &view, &s, &options, r->by_gl, NULL, &err), a->path, &err);
         ms[0][k] = user_ms() - began;
         began = user_ms();
-        bench_must(spv_soft_frame(r->soft, a->reader, &view, &s, &options, r->by_soft, &err), a->path,
-                   &err);
+        bench_must(spv_draw_selection(r->soft, a->reader, &view, &s, &options, r->by_soft, NULL, &err), a->path, &err);
         ms[1][k] = user_ms() - began;
-        const struct spv_tile tile = {0, 0, SIZE_PX, SIZE_PX};
-        uint32_t *blocks = bench_memory(s.block_count * sizeof *blocks);
-        for (uint32_t i = 0; i < s.block_count; i++)
-            blocks[i] = s.blocks[i].block;
         began = user_ms();
-        bench_must(spv_soft_begin(r->soft, a->reader, &view, &options, &tile, &err), a->path, &err);
-        bench_must(spv_soft_draw(r->soft, &source, blocks, s.block_count, &err), a->path, &err);
-        spv_soft_end(r->soft, r->by_soft);
+        bench_must(spv_draw_frame(r->soft, &view, NULL, &part, 1, &options, r->by_soft, &drawn, &err), a->path, &err);
         ms[2][k] = user_ms() - began;
-        free(blocks);
     }
-    spv_soft_drawn(r->soft, &nodes, &triangles);
+    free(items);
     printf("%s,%s,%s,%g,%llu,%llu,%llu,%.0f,%.0f,%.0f,%.5f\n", a->path, modes[mode],
            splat == SPV_SPLAT_EXACT ? "exact" : "fast", ACCURACY_PX[accuracy],
-           (unsigned long long)s.nodes, (unsigned long long)nodes, (unsigned long long)triangles,
+           (unsigned long long)s.nodes, (unsigned long long)drawn.nodes, (unsigned long long)drawn.triangles,
            bench_median(ms[0], ROUNDS), bench_median(ms[1], ROUNDS), bench_median(ms[2], ROUNDS),
            r->gl != NULL ? differ(r->by_gl, r->by_soft) : 0);
     fflush(stdout);
@@ -141,8 +125,8 @@ int main(int argc, char **argv)
                         m < 2 ? SPV_SPLAT_EXACT : SPV_SPLAT_FAST);
         bench_close(&a);
     }
-    spv_soft_free(r.soft);
-    spv_gl_free(r.gl);
+    spv_draw_free(r.soft);
+    spv_draw_free(r.gl);
     spv_ctx_free(ctx);
     free(r.by_gl);
     free(r.by_soft);
