@@ -283,7 +283,7 @@ void spc_node_decode(const struct spc_reader *r, const struct spc_block *b,
 {
     static const uint8_t white[4] = {255, 255, 255, 255};
     const uint8_t *origin =
-        r->bytes + r->sections[SE_CLUS].off + (uint64_t)b->cluster * CL_SIZE + CL_ORIGIN;
+        r->head + r->sections[SE_CLUS].off + (uint64_t)b->cluster * CL_SIZE + CL_ORIGIN;
     const double o[3] = {load_f64(origin), load_f64(origin + 8), load_f64(origin + 16)};
     decode_record(payload + l->nodes + (size_t)SPC_NODE_BYTES * i, o, b->step_exp, b->link_base,
                   out);

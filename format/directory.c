@@ -297,8 +297,8 @@ static enum spc_status check_block(const struct spc_reader *r, const struct spc_
     const uint64_t record = r->sections[SE_BLKS].off + (uint64_t)index * BL_SIZE;
     struct spc_block b;
     struct spc_block_layout layout;
-    spc_block_record_decode(r->bytes + record, &b);
-    if (b.cluster != id || b.kind > SPC_BLOCK_LEAF || r->bytes[record + BL_ZERO] != 0 ||
+    spc_block_record_decode(r->head + record, &b);
+    if (b.cluster != id || b.kind > SPC_BLOCK_LEAF || r->head[record + BL_ZERO] != 0 ||
         b.node_count == 0 || b.node_count > r->header.block_nodes)
         return spc_fail(err, SPC_CORRUPT, record, "block %u is not a block of cluster %u", index,
                         id);
@@ -334,15 +334,15 @@ static enum spc_status check_cluster(const struct spc_reader *r, uint32_t id, st
     const struct spc_header *h = &r->header;
     const uint64_t record = r->sections[SE_CLUS].off + (uint64_t)id * CL_SIZE;
     struct spc_cluster c;
-    spc_cluster_decode(r->bytes + record, &c);
-    if (!cluster_values_ok(&c, id) || !tops_ok(&c, r->bytes + record, h->unit_exp))
+    spc_cluster_decode(r->head + record, &c);
+    if (!cluster_values_ok(&c, id) || !tops_ok(&c, r->head + record, h->unit_exp))
         return spc_fail(err, SPC_CORRUPT, record, "cluster %u holds impossible values", id);
     if (c.child_first != (c.child_count ? w->next_child : 0) ||
         c.child_count > h->cluster_count - w->next_child)
         return spc_fail(err, SPC_CORRUPT, record, "cluster %u has children out of order", id);
     for (uint32_t k = 0; k < c.child_count; k++) {
         struct spc_cluster child;
-        spc_cluster_decode(r->bytes + r->sections[SE_CLUS].off +
+        spc_cluster_decode(r->head + r->sections[SE_CLUS].off +
                                (uint64_t)(c.child_first + k) * CL_SIZE, &child);
         if (child.parent != id || child.level != c.level + 1)
             return spc_fail(err, SPC_CORRUPT, record, "cluster %u is not a child of cluster %u",
@@ -376,7 +376,7 @@ enum spc_status spc_directory_check(const struct spc_reader *r, struct spc_error
 {
     const struct spc_header *h = &r->header;
     struct walk w = {.next_child = 1, .next_chunk = spc_data_start(h->head_bytes)};
-    const uint8_t *root = r->bytes + r->sections[SE_CLUS].off;
+    const uint8_t *root = r->head + r->sections[SE_CLUS].off;
     if (load_u32(root + CL_PARENT) != SPC_NONE || load_u16(root + CL_LEVEL) != 0)
         return spc_fail(err, SPC_CORRUPT, r->sections[SE_CLUS].off, "cluster 0 is not the root's");
     for (uint32_t id = 0; id < h->cluster_count; id++) {

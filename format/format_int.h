@@ -66,6 +66,7 @@ enum spc_status spc_payload_check(const struct spc_block *block,
 struct spc_reader {
     const uint8_t *bytes;
     uint64_t size;
+    const uint8_t *head;            /* bytes, or an own copy of all before the chunks */
     bool mapped;
     struct spc_header header;
     struct spc_section sections[SE_SLOTS];

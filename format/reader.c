@@ -2,7 +2,8 @@
  * reader.c - opens an archive: mapping, checks, borrowed views.
  *
  * Everything that a later access relies on is checked once here, header and directory only, so
- * opening costs O(directory) whatever the size of the file.
+ * opening costs O(directory) whatever the size of the file. Of a file the head is copied first: what
+ * was checked stays so, whatever happens to the file. Chunks are borrowed; each is checked as it is read.
  */
 #include "format_int.h"
 
@@ -12,6 +13,7 @@
 #include <fcntl.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -26,17 +28,17 @@ static enum spc_status check_head(const struct spc_reader *r, struct spc_error *
     uint64_t at = HD_SIZE;
     for (int s = 0; s < SE_SLOTS && (s < SE_COUNT || r->sections[s].tag != 0); s++) {
         const struct spc_section *se = &r->sections[s];
-        if (XXH64(r->bytes + se->off, se->bytes, 0) != se->hash)
+        if (XXH64(r->head + se->off, se->bytes, 0) != se->hash)
             return spc_fail(err, SPC_CHECKSUM, se->off, "checksum of the %s does not match",
                             names[s]);
-        if (!all_zero(r->bytes + at, se->off - at))
+        if (!all_zero(r->head + at, se->off - at))
             return spc_fail(err, SPC_CORRUPT, at, "padding before the %s is not zero", names[s]);
         at = se->off + se->bytes;
     }
     const uint64_t data = spc_data_start(r->header.head_bytes);
-    if (data > r->size || !all_zero(r->bytes + at, data - at))
+    if (data > r->size || !all_zero(r->head + at, data - at))
         return spc_fail(err, SPC_CORRUPT, at, "padding behind the head is not zero");
-    const uint8_t *axes = r->bytes + r->sections[SE_AXES].off;
+    const uint8_t *axes = r->head + r->sections[SE_AXES].off;
     for (uint32_t k = 0; k < r->header.normal_clusters; k++) {
         double axis[3];
         for (int a = 0; a < 3; a++)
@@ -51,7 +53,7 @@ static enum spc_status check_head(const struct spc_reader *r, struct spc_error *
 
 static enum spc_status open_checked(struct spc_reader *r, struct spc_error *err)
 {
-    enum spc_status status = spc_header_decode(r->bytes, r->size, &r->header, r->sections, err);
+    enum spc_status status = spc_header_decode(r->head, r->size, &r->header, r->sections, err);
     if (status == SPC_OK)
         status = check_head(r, err);
     if (status == SPC_OK)
@@ -59,21 +61,53 @@ static enum spc_status open_checked(struct spc_reader *r, struct spc_error *err)
     return status;
 }
 
-enum spc_status spc_reader_open_memory(const void *bytes, size_t size, struct spc_reader **out,
-                                       struct spc_error *err)
+static enum spc_status copy_head(struct spc_reader *r, struct spc_error *err)
+{
+    enum spc_status status = spc_header_decode(r->bytes, r->size, &r->header, r->sections, err);
+    if (status != SPC_OK)
+        return status;
+    const uint64_t data = spc_data_start(r->header.head_bytes);
+    const size_t n = (size_t)(data < r->size ? data : r->size);
+    uint8_t *head = malloc(n);
+    if (head == NULL)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a head of %zu bytes", n);
+    memcpy(head, r->bytes, n);
+    r->head = head;
+    return SPC_OK;
+}
+
+static void release(struct spc_reader *r)
+{
+    if (r->head != r->bytes)
+        free((void *)r->head);
+    free(r);
+}
+
+static enum spc_status open_bytes(const void *bytes, size_t size, bool copy, struct spc_reader **out,
+                                  struct spc_error *err)
 {
     *out = NULL;
     struct spc_reader *r = calloc(1, sizeof *r);
     if (r == NULL)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to open an archive");
-    r->bytes = bytes;
+    r->bytes = r->head = bytes;
     r->size = size;
-    const enum spc_status status = open_checked(r, err);
+    enum spc_status status = SPC_OK;
+    if (copy)
+        status = copy_head(r, err);
+    if (status == SPC_OK)
+        status = open_checked(r, err);
     if (status == SPC_OK)
         *out = r;
     else
-        free(r);
+        release(r);
     return status;
+}
+
+enum spc_status spc_reader_open_memory(const void *bytes, size_t size, struct spc_reader **out,
+                                       struct spc_error *err)
+{
+    return open_bytes(bytes, size, false, out, err);
 }
 
 enum spc_status spc_map_file(const char *path, const uint8_t **bytes, uint64_t *size,
@@ -112,7 +146,7 @@ enum spc_status spc_reader_open(const char *path, struct spc_reader **out, struc
     enum spc_status status = spc_map_file(path, &bytes, &size, err);
     if (status != SPC_OK)
         return status;
-    status = spc_reader_open_memory(bytes, (size_t)size, out, err);
+    status = open_bytes(bytes, (size_t)size, true, out, err);
     if (status == SPC_OK)
         (*out)->mapped = true;
     else
@@ -126,7 +160,7 @@ void spc_reader_close(struct spc_reader *r)
         return;
     if (r->mapped)
         munmap((void *)r->bytes, (size_t)r->size);
-    free(r);
+    release(r);
 }
 
 const struct spc_header *spc_reader_header(const struct spc_reader *r)
@@ -143,12 +177,12 @@ const uint8_t *spc_reader_bytes(const struct spc_reader *r, uint64_t *size)
 const char *spc_reader_meta(const struct spc_reader *r, size_t *bytes)
 {
     *bytes = (size_t)r->sections[SE_META].bytes;
-    return (const char *)r->bytes + r->sections[SE_META].off;
+    return (const char *)r->head + r->sections[SE_META].off;
 }
 
 void spc_reader_axis(const struct spc_reader *r, uint32_t k, double axis[3])
 {
-    const uint8_t *p = r->bytes + r->sections[SE_AXES].off + (size_t)6 * k;
+    const uint8_t *p = r->head + r->sections[SE_AXES].off + (size_t)6 * k;
     for (int a = 0; a < 3; a++)
         axis[a] = (int16_t)load_u16(p + 2 * a) / 32767.0;
     const double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
@@ -158,20 +192,20 @@ void spc_reader_axis(const struct spc_reader *r, uint32_t k, double axis[3])
 
 void spc_reader_cluster(const struct spc_reader *r, uint32_t id, struct spc_cluster *out)
 {
-    spc_cluster_decode(r->bytes + r->sections[SE_CLUS].off + (uint64_t)id * CL_SIZE, out);
+    spc_cluster_decode(r->head + r->sections[SE_CLUS].off + (uint64_t)id * CL_SIZE, out);
 }
 
 void spc_reader_block(const struct spc_reader *r, uint32_t index, struct spc_block *out)
 {
     struct spc_block_layout layout;
-    spc_block_record_decode(r->bytes + r->sections[SE_BLKS].off + (uint64_t)index * BL_SIZE, out);
+    spc_block_record_decode(r->head + r->sections[SE_BLKS].off + (uint64_t)index * BL_SIZE, out);
     spc_block_layout(out, r->header.flags, r->header.normal_clusters, &layout);
     out->raw_bytes = layout.bytes;
 }
 
 struct spc_frame spc_reader_frame(const struct spc_reader *r, uint32_t cluster)
 {
-    const uint8_t *p = r->bytes + r->sections[SE_CLUS].off + (uint64_t)cluster * CL_SIZE + CL_ORIGIN;
+    const uint8_t *p = r->head + r->sections[SE_CLUS].off + (uint64_t)cluster * CL_SIZE + CL_ORIGIN;
     return (struct spc_frame){
         .flags = r->header.flags, .normal_clusters = r->header.normal_clusters,
         .unit_exp = r->header.unit_exp, .vertex_exp = r->header.vertex_exp,

@@ -272,7 +272,7 @@ enum spc_status spc_tree_load(const struct spc_reader *reader, uint32_t cluster,
     spc_reader_cluster(reader, cluster, &p.c);
     for (uint32_t k = 0; k < groups; k++)
         for (uint32_t a = 0; a < 3; a++)
-            p.axes[k][a] = (int16_t)load_u16(reader->bytes + reader->sections[SE_AXES].off +
+            p.axes[k][a] = (int16_t)load_u16(reader->head + reader->sections[SE_AXES].off +
                                              6 * k + 2 * a);
     p.blocks = calloc(p.c.block_count, sizeof *p.blocks);
     p.first_node = calloc(p.c.block_count, sizeof *p.first_node);

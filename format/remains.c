@@ -27,7 +27,7 @@ static void read_head(struct spc_remains *m)
     const uint64_t size = m->size;
     if (size < HD_SIZE)
         return;
-    r->bytes = m->bytes;
+    r->bytes = r->head = m->bytes;
     r->size = load_u64(m->bytes + HD_FILE_BYTES);
     if (r->size < HD_SIZE ||
         spc_header_decode(m->bytes, r->size, &r->header, r->sections, NULL) != SPC_OK)

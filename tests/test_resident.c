@@ -33,7 +33,7 @@ static enum spc_status read_badly(void *ctx, const struct spc_reader *reader, ui
 
 /* ---- what a frame draws ------------------------------------------------------------------------ */
 
-static void draw_block(const struct oracle_case *c, const struct spv_ready *ready, uint8_t *drawn)
+static void draw_block(const struct oracle_case *c, const struct spv_item *ready, uint8_t *drawn)
 {
     const struct oracle_tree *t = &c->tree;
     const struct spv_interval in = oracle_interval(t, ready->block, &c->view);
@@ -43,8 +43,8 @@ static void draw_block(const struct oracle_case *c, const struct spv_ready *read
     for (uint32_t s = t->stored_first[ready->block]; s < t->stored_first[ready->block + 1]; s++) {
         const struct oracle_node *n = &t->nodes[t->stored[s]];
         const bool coarse = spc_len_decode(n->code_self) <= ready->missing;
-        if (memcmp(ready->payload + (size_t)(s - t->stored_first[ready->block]) * SPC_NODE_BYTES, n->record,
-                   SPC_NODE_BYTES) != 0)
+        const void *bytes = (const uint8_t *)ready->kept + (size_t)(s - t->stored_first[ready->block]) * SPC_NODE_BYTES;
+        if (memcmp(bytes, n->record, SPC_NODE_BYTES) != 0)
             oracle_fail(c, "block %u holds other bytes than decoding gives", ready->block);
         drawn[t->stored[s]] |= spv_interval_point(coarse ? &upper : &in, n->record) ? ORACLE_POINT : 0;
         if (leaf && oracle_hybrid(t, &c->view) && spv_interval_triangle(&in, n->record))
@@ -68,10 +68,10 @@ static void draw_tops(const struct oracle_case *c, uint32_t id, uint8_t *drawn)
 static void draw_frame(struct oracle_case *c, const struct spv_resident_frame *frame)
 {
     memset(c->shader, 0, c->tree.node_count);
-    for (uint32_t i = 0; i < frame->block_count; i++)
-        draw_block(c, &frame->blocks[i], c->shader);
-    for (uint32_t i = 0; i < frame->tops_count; i++)
-        draw_tops(c, frame->tops[i], c->shader);
+    for (uint32_t i = 0; i < frame->part.item_count; i++)
+        draw_block(c, &frame->part.items[i], c->shader);
+    for (uint32_t i = 0; i < frame->part.top_count; i++)
+        draw_tops(c, frame->part.tops[i], c->shader);
 }
 
 static void expect_covered(const struct oracle_case *c, const struct spv_resident_frame *frame)
@@ -87,8 +87,8 @@ static void expect_covered(const struct oracle_case *c, const struct spv_residen
 static void expect_within(const struct oracle_case *c, const struct spv_resident_frame *frame, uint64_t budget)
 {
     uint64_t sum = 0;
-    for (uint32_t i = 0; i < frame->block_count; i++)
-        sum += c->tree.blocks[frame->blocks[i].block].raw_bytes;
+    for (uint32_t i = 0; i < frame->part.item_count; i++)
+        sum += c->tree.blocks[frame->part.items[i].block].raw_bytes;
     if (sum > frame->resident_bytes || frame->resident_bytes > budget)
         oracle_fail(c, "%llu bytes are drawn, %llu in memory, %llu allowed", (unsigned long long)sum,
                     (unsigned long long)frame->resident_bytes, (unsigned long long)budget);
@@ -97,9 +97,18 @@ static void expect_within(const struct oracle_case *c, const struct spv_resident
 static struct spv_resident *create(const struct oracle_case *c, uint64_t budget, struct reading *how)
 {
     struct spv_resident *r = NULL;
-    const struct spv_resident_options o = {budget, 3, how ? read_badly : NULL, how};
+    const struct spv_resident_options o = {.budget = budget, .threads = 3, .decode = how ? read_badly : NULL,
+                                             .decode_ctx = how};
     ck_assert_int_eq(spv_resident_create(c->reader, &o, &r, NULL), SPC_OK);
     return r;
+}
+
+/* A frame is drawn, then what it missed is asked for. */
+static struct spv_resident_frame *next_frame(struct spv_resident *r, const struct spv_selection *selection)
+{
+    struct spv_resident_frame *frame = spv_resident_frame(r, selection);
+    spv_resident_ask(r);
+    return frame;
 }
 
 static uint64_t all_bytes(const struct oracle_case *c)
@@ -129,6 +138,7 @@ static void ragged(struct oracle_case *c)
             expect_within(c, frame, budget);
             draw_frame(c, frame);
             expect_covered(c, frame);
+            spv_resident_ask(r);
             if (f % 3 == 1)
                 spv_resident_prefetch(r, &c->selection);
             if (f % 2 == 1)
@@ -151,21 +161,22 @@ static void settle(struct oracle_case *c)
         oracle_look(c, k);
         oracle_select(c);
         struct spv_resident *r = create(c, all_bytes(c), NULL);
-        const struct spv_resident_frame *frame = spv_resident_frame(r, &c->selection);
+        const struct spv_resident_frame *frame = next_frame(r, &c->selection);
         uint64_t read = 0;
         uint32_t rounds = 0;
         while (frame->missing > 0) {
             if (rounds++ > 4 * c->tree.header->block_count)
                 oracle_fail(c, "%u blocks never come", frame->missing);
             spv_resident_wait(r);
-            frame = spv_resident_frame(r, &c->selection);
+            frame = next_frame(r, &c->selection);
             read += frame->read_bytes;
         }
-        if (frame->tops_count != 0 || frame->block_count != c->selection.block_count)
-            oracle_fail(c, "%u blocks and %u tops for %u that were chosen", frame->block_count,
-                        frame->tops_count, c->selection.block_count);
-        for (uint32_t i = 0; i < frame->block_count; i++)
-            ck_assert(frame->blocks[i].block == c->selection.blocks[i].block && frame->blocks[i].missing < 0);
+        if (frame->part.top_count != 0 || frame->part.item_count != c->selection.block_count)
+            oracle_fail(c, "%u blocks and %u tops for %u that were chosen", frame->part.item_count,
+                        frame->part.top_count, c->selection.block_count);
+        for (uint32_t i = 0; i < frame->part.item_count; i++)
+            ck_assert(frame->part.items[i].block == c->selection.blocks[i].block &&
+                      frame->part.items[i].missing < 0);
         draw_frame(c, frame);
         oracle_draw_float(&c->tree, &c->view, c->exact);
         for (uint32_t i = 0; i < c->tree.node_count; i++)
@@ -173,7 +184,7 @@ static void settle(struct oracle_case *c)
                 oracle_fail(c, "node %u is drawn as %d, not as %d", i, c->shader[i], c->exact[i]);
         ck_assert(!spv_resident_wait(r));
         ck_assert_uint_eq(read, c->selection.bytes);
-        frame = spv_resident_frame(r, &c->selection);
+        frame = next_frame(r, &c->selection);
         ck_assert_uint_eq(frame->read_bytes, 0);
         spv_resident_free(r);
     }
@@ -212,13 +223,13 @@ static void wander(struct oracle_case *c)
     for (uint32_t k = 0; k < 24; k++) {
         oracle_look(c, k % 8);
         oracle_select(c);
-        const struct spv_resident_frame *frame = spv_resident_frame(r, &c->selection);
+        const struct spv_resident_frame *frame = next_frame(r, &c->selection);
         for (uint32_t f = 0; frame->missing > 0; f++) {
             if (f > c->tree.header->block_count)
                 oracle_fail(c, "%u blocks never come, %llu of %llu bytes are taken", frame->missing,
                             (unsigned long long)frame->resident_bytes, (unsigned long long)most);
             drain(r);
-            frame = spv_resident_frame(r, &c->selection);
+            frame = next_frame(r, &c->selection);
             expect_within(c, frame, most);
         }
     }
@@ -239,14 +250,14 @@ static void starve_in(struct oracle_case *c)
     const struct spv_resident_frame *frame = NULL;
     uint64_t read = 0;
     for (uint32_t f = 0; f < 2 * c->tree.header->block_count + 4; f++) {
-        frame = spv_resident_frame(r, &c->selection);
+        frame = next_frame(r, &c->selection);
         read += frame->read_bytes;
         drain(r);
     }
     if (read > c->selection.bytes)
         oracle_fail(c, "%llu bytes read, though all of them are %llu", (unsigned long long)read,
                     (unsigned long long)c->selection.bytes);
-    ck_assert_uint_eq(spv_resident_frame(r, &c->selection)->read_bytes, 0);
+    ck_assert_uint_eq(next_frame(r, &c->selection)->read_bytes, 0);
     spv_resident_free(r);
 }
 
@@ -277,17 +288,17 @@ static void recover(struct oracle_case *c)
     struct spv_resident *r = create(c, all_bytes(c), &how);
     const struct spv_resident_frame *frame = NULL;
     for (int f = 0; f < 8; f++) {
-        frame = spv_resident_frame(r, &c->selection);
+        frame = next_frame(r, &c->selection);
         drain(r);
     }
-    frame = spv_resident_frame(r, &c->selection);
-    ck_assert_uint_eq(frame->block_count, 0);
+    frame = next_frame(r, &c->selection);
+    ck_assert_uint_eq(frame->part.item_count, 0);
     ck_assert_uint_gt(frame->failed, 0);
     spv_resident_error(r, &err);
     ck_assert_str_eq(err.what, "this read fails");
     how.fail_percent = 0;
     for (uint32_t f = 0; f < 200 + 4 * c->tree.header->block_count && frame->missing > 0; f++) {
-        frame = spv_resident_frame(r, &c->selection);
+        frame = next_frame(r, &c->selection);
         spv_resident_wait(r);
     }
     ck_assert_uint_eq(frame->missing, 0);
@@ -300,13 +311,99 @@ START_TEST(failed_reads_are_told_and_tried_again)
 }
 END_TEST
 
+/* ---- the store --------------------------------------------------------------------------------- */
+
+static uint32_t kept_now, kept_ever, refused;
+
+static void *keep_counted(struct spv_draw *draw, const struct spc_reader *reader, uint32_t block, uint8_t *payload)
+{
+    (void)draw;
+    (void)reader;
+    (void)block;
+    if (refused > 0) {
+        refused--;
+        free(payload);
+        return NULL;
+    }
+    kept_now++;
+    kept_ever++;
+    return payload;
+}
+
+static void drop_counted(struct spv_draw *draw, void *kept)
+{
+    (void)draw;
+    kept_now--;
+    free(kept);
+}
+
+static struct spv_resident *create_counted(const struct oracle_case *c, uint64_t upload_bytes)
+{
+    const struct spv_resident_options o = {.budget = all_bytes(c), .upload_bytes = upload_bytes, .threads = 2,
+                                           .store = {NULL, keep_counted, drop_counted}};
+    struct spv_resident *r = NULL;
+    kept_now = kept_ever = 0;
+    ck_assert_int_eq(spv_resident_create(c->reader, &o, &r, NULL), SPC_OK);
+    return r;
+}
+
+/* However much was read, a frame is not held up by more than it allows for. */
+static void upload(struct oracle_case *c)
+{
+    oracle_frame(c, 1);
+    oracle_select(c);
+    struct spv_resident *r = create_counted(c, 1);
+    const struct spv_resident_frame *frame = next_frame(r, &c->selection);
+    for (uint32_t f = 0; frame->missing > 0; f++) {
+        const uint32_t before = kept_ever;
+        if (f > 4 * c->tree.header->block_count)
+            oracle_fail(c, "%u blocks never come", frame->missing);
+        refused = f == 2;
+        drain(r);
+        frame = next_frame(r, &c->selection);
+        ck_assert_uint_le(kept_ever - before, 1);
+    }
+    spv_resident_free(r);
+    ck_assert_uint_eq(kept_now, 0);
+}
+
+START_TEST(a_frame_gives_the_store_what_it_is_allowed_to)
+{
+    oracle_each(upload);
+}
+END_TEST
+
+/* Clusters that could not be seen are not read; once they can be, they are. */
+static void hide(struct oracle_case *c)
+{
+    oracle_frame(c, 2);
+    oracle_select(c);
+    struct spv_resident *r = create_counted(c, 0);
+    for (int round = 0; round < 3; round++) {
+        struct spv_resident_frame *frame = spv_resident_frame(r, &c->selection);
+        memset(frame->part.hidden, 1, frame->part.probe_count);
+        spv_resident_ask(r);
+        ck_assert_uint_eq(spv_resident_busy(r), 0);
+    }
+    const struct spv_resident_frame *frame = next_frame(r, &c->selection);
+    ck_assert(frame->missing == 0 || spv_resident_busy(r) > 0);
+    spv_resident_free(r);
+}
+
+START_TEST(what_is_hidden_is_not_read)
+{
+    oracle_each(hide);
+}
+END_TEST
+
 int main(void)
 {
     if (!oracle_start())
         return 1;
     const int failed = SUITE("resident", case_start, case_finish, whatever_is_missing_every_path_has_a_node,
                              with_time_a_frame_is_what_was_selected, what_has_left_takes_no_room,
-                             with_too_little_memory_it_is_quiet_in_the_end, failed_reads_are_told_and_tried_again);
+                             with_too_little_memory_it_is_quiet_in_the_end, failed_reads_are_told_and_tried_again,
+                             a_frame_gives_the_store_what_it_is_allowed_to, what_is_hidden_is_not_read);
     oracle_finish();
     return failed;
 }

@@ -9,7 +9,7 @@ enum { RETRY_AFTER = 30 };          /* frames until a block that could not be re
 enum state { ABSENT, UNDER_WAY, RESIDENT };
 
 struct entry {                      /* of a block */
-    uint8_t *payload;
+    void *kept;                     /* by the store */
     enum state state;
     uint32_t wanted;                /* frame that wanted it last; 0: never */
     uint32_t failed;                /* frame of the last failed read; 0: none */
@@ -18,11 +18,17 @@ struct entry {                      /* of a block */
 
 struct job {
     uv_work_t work;
+    struct job *next;
     struct spv_resident *resident;
     uint32_t block;
     uint8_t *payload;
     enum spc_status status;
     struct spc_error err;
+};
+
+struct missed {
+    struct spv_chosen chosen;
+    uint32_t probe;                 /* its cluster's, of the frame */
 };
 
 struct spv_resident {
@@ -33,12 +39,16 @@ struct spv_resident {
     struct entry *entries;          /* [block_count] of the archive */
     uint32_t entry_count;
     uint32_t frame;                 /* number, from 1 */
-    unsigned under_way;
+    unsigned under_way;             /* reads */
+    struct job *done, **done_end;   /* read, not yet given to the store */
     uint64_t bytes;                 /* of payloads, those under way included */
     uint32_t *here;                 /* [here_count] resident blocks, in no order */
     uint32_t here_count;
-    struct spv_chosen *asked;       /* [asked_count] what is missing in this frame */
-    uint32_t asked_count;
+    struct missed *missed;          /* [missed_count] in this frame */
+    uint32_t missed_count;
+    struct spv_item *items;         /* of out.part */
+    uint32_t *tops, *probes;
+    uint8_t *hidden;
     struct spv_resident_frame out;
     uint64_t read_bytes;
     struct spc_error error;
@@ -68,29 +78,57 @@ static void work(uv_work_t *request)
     job->status = o->decode(o->decode_ctx, job->resident->reader, job->block, job->payload, &job->err);
 }
 
+/* ---- the store --------------------------------------------------------------------------------- */
+
+static void *keep_plain(struct spv_draw *draw, const struct spc_reader *reader, uint32_t block, uint8_t *payload)
+{
+    (void)draw;
+    (void)reader;
+    (void)block;
+    return payload;
+}
+
+static void drop_plain(struct spv_draw *draw, void *kept)
+{
+    (void)draw;
+    free(kept);
+}
+
 static void drop(struct spv_resident *r, struct entry *e, uint64_t bytes)
 {
-    free(e->payload);
-    e->payload = NULL;
+    if (e->kept != NULL)
+        r->options.store.drop(r->options.store.draw, e->kept);
+    e->kept = NULL;
     e->state = ABSENT;
     r->bytes -= bytes;
 }
 
-static void take(uv_work_t *request, int cancelled)
+static void read_done(uv_work_t *request, int cancelled)
 {
     struct job *job = request->data;
     struct spv_resident *r = job->resident;
+    (void)cancelled;                /* nothing is */
+    r->under_way--;
+    *r->done_end = job;
+    r->done_end = &job->next;
+}
+
+/* A block that was read goes to the store; true when it was given one. */
+static bool take(struct spv_resident *r, struct job *job)
+{
     struct entry *e = &r->entries[job->block];
     struct spc_block b;
     spc_reader_block(r->reader, job->block, &b);
-    r->under_way--;
-    if (cancelled || job->status != SPC_OK) {
+    const bool read = job->status == SPC_OK;
+    if (!read)
+        free(job->payload);
+    else if ((e->kept = r->options.store.keep(r->options.store.draw, r->reader, job->block, job->payload)) == NULL)
+        spc_fail(&job->err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a block");
+    if (e->kept == NULL) {
+        r->error = job->err;
+        r->error_block = job->block;
         drop(r, e, b.raw_bytes);
-        e->failed = cancelled ? 0 : r->frame;
-        if (!cancelled) {
-            r->error = job->err;
-            r->error_block = job->block;
-        }
+        e->failed = r->frame;
     } else {
         e->state = RESIDENT;
         e->failed = 0;
@@ -98,6 +136,21 @@ static void take(uv_work_t *request, int cancelled)
         r->read_bytes += spc_block_chunk_bytes(&b);
     }
     free(job);
+    return read;
+}
+
+static void take_in(struct spv_resident *r)
+{
+    uint64_t given = 0;
+    uv_run(&r->loop, UV_RUN_NOWAIT);
+    while (r->done != NULL && (given == 0 || r->options.upload_bytes == 0 || given < r->options.upload_bytes)) {
+        struct job *job = r->done;
+        const uint64_t bytes = raw_bytes(r, job->block);
+        r->done = job->next;
+        if (r->done == NULL)
+            r->done_end = &r->done;
+        given += take(r, job) ? bytes : 0;
+    }
 }
 
 /* False without memory: then it is absent, and will be asked for again. */
@@ -110,8 +163,7 @@ static bool start(struct spv_resident *r, uint32_t block)
     if (job != NULL && payload != NULL) {
         *job = (struct job){.resident = r, .block = block, .payload = payload};
         job->work.data = job;
-        if (uv_queue_work(&r->loop, &job->work, work, take) == 0) {
-            e->payload = payload;
+        if (uv_queue_work(&r->loop, &job->work, work, read_done) == 0) {
             e->state = UNDER_WAY;
             r->bytes += bytes;
             r->under_way++;
@@ -157,10 +209,10 @@ static bool make_room(struct spv_resident *r, uint64_t bytes, float error, bool 
 
 static int by_error(const void *a, const void *b)
 {
-    const struct spv_chosen *x = a, *y = b;
-    if (x->error != y->error)
-        return x->error > y->error ? -1 : 1;
-    return x->block < y->block ? -1 : x->block > y->block;
+    const struct missed *x = a, *y = b;
+    if (x->chosen.error != y->chosen.error)
+        return x->chosen.error > y->chosen.error ? -1 : 1;
+    return x->chosen.block < y->chosen.block ? -1 : x->chosen.block > y->chosen.block;
 }
 
 static bool may_start(const struct spv_resident *r, const struct entry *e)
@@ -169,15 +221,17 @@ static bool may_start(const struct spv_resident *r, const struct entry *e)
 }
 
 /* Two a thread keep all busy; more would read what the next frame no longer wants. */
-static void ask(struct spv_resident *r, const struct spv_chosen *blocks, uint32_t count, bool wanted)
+static bool has_idle(const struct spv_resident *r)
 {
-    for (uint32_t i = 0; i < count && r->under_way < 2 * r->options.threads; i++) {
-        const uint32_t block = blocks[i].block;
-        if (!may_start(r, &r->entries[block]))
-            continue;
-        if (!make_room(r, raw_bytes(r, block), blocks[i].error, wanted) || !start(r, block))
-            return;
-    }
+    return r->under_way < 2 * r->options.threads;
+}
+
+/* False when there is no room for more. */
+static bool ask_for(struct spv_resident *r, const struct spv_chosen *chosen, bool wanted)
+{
+    if (!may_start(r, &r->entries[chosen->block]))
+        return true;
+    return make_room(r, raw_bytes(r, chosen->block), chosen->error, wanted) && start(r, chosen->block);
 }
 
 /* ---- a frame ----------------------------------------------------------------------------------- */
@@ -195,61 +249,67 @@ static bool is_here(const struct spv_resident *r, uint32_t block)
     return r->entries[block].state == RESIDENT;
 }
 
-static bool all_here(const struct spv_resident *r, const struct group *g)
+static void want(struct spv_resident *r, const struct spv_chosen *chosen)
 {
-    for (uint32_t i = 0; i < g->count; i++)
-        if (!is_here(r, g->chosen[i].block))
-            return false;
-    return true;
-}
-
-static void want(struct spv_resident *r, uint32_t block, float error)
-{
-    struct entry *e = &r->entries[block];
-    if (e->wanted == r->frame)
-        return;
+    struct entry *e = &r->entries[chosen->block];
     e->wanted = r->frame;
-    e->error = error;
-    if (e->state != RESIDENT)
-        r->asked[r->asked_count++] = (struct spv_chosen){block, error};
-}
-
-static void want_group(struct spv_resident *r, const struct group *g)
-{
-    for (uint32_t i = 0; i < g->count; i++)
-        want(r, g->chosen[i].block, g->chosen[i].error);
+    e->error = chosen->error;
+    if (e->state == RESIDENT)
+        return;
+    r->missed[r->missed_count++] = (struct missed){*chosen, r->out.part.probe_count};
+    r->out.missing++;
+    r->out.failed += e->failed > 0;
 }
 
 static void draw(struct spv_resident *r, uint32_t block, float missing)
 {
-    r->out.blocks[r->out.block_count++] = (struct spv_ready){block, r->entries[block].payload, missing};
+    r->items[r->out.part.item_count++] = (struct spv_item){block, r->entries[block].kept, missing};
 }
 
-static void draw_group(struct spv_resident *r, const struct group *g)
+/*
+ * The first block that is missed: the first that is wanted, or one before it that was left out as too
+ * coarse but would stand in. What lies before is drawn down to its e_parent.
+ */
+static uint32_t first_missed(struct spv_resident *r, const struct group *g, uint32_t wanted, float *e_parent)
 {
-    uint32_t block = g->cluster.block_first;
     struct spc_block b;
-    for (uint32_t i = 0; i < g->count; i++) {
-        r->out.missing += !is_here(r, g->chosen[i].block);
-        r->out.failed += r->entries[g->chosen[i].block].failed > 0;
+    uint32_t first = wanted;
+    spc_reader_block(r->reader, wanted, &b);
+    *e_parent = b.e_parent_max;
+    for (uint32_t k = wanted; k-- > g->cluster.block_first;) {
+        spc_reader_block(r->reader, k, &b);
+        if (is_here(r, k) || b.e_self_min > *e_parent)
+            continue;
+        first = k;
+        *e_parent = b.e_parent_max;
     }
-    if (all_here(r, g)) {
+    return first;
+}
+
+static void visit(struct spv_resident *r, const struct group *g)
+{
+    const uint32_t missed_before = r->missed_count;
+    float e_parent;
+    for (uint32_t i = 0; i < g->count; i++)
+        want(r, &g->chosen[i]);
+    if (r->missed_count == missed_before) {
         for (uint32_t i = 0; i < g->count; i++)
             draw(r, g->chosen[i].block, -1);
         return;
     }
-    /* Blocks that were left out as too coarse may stand in, if they happen to be here. */
-    while (is_here(r, block))       /* one is missing: it ends */
-        block++;
-    spc_reader_block(r->reader, block, &b);
-    if (b.e_parent_max >= g->cluster.e_parent_max)      /* a top may be in it: inner nodes come first */
-        r->out.tops[r->out.tops_count++] = g->id;
-    for (uint32_t k = g->cluster.block_first; k < block; k++)
-        draw(r, k, b.e_parent_max);
+    const uint32_t first = first_missed(r, g, r->missed[missed_before].chosen.block, &e_parent);
+    if (e_parent >= g->cluster.e_parent_max)        /* a top may be missed: inner nodes come first */
+        r->tops[r->out.part.top_count++] = g->id;
+    for (uint32_t k = g->cluster.block_first; k < first; k++)
+        if (is_here(r, k)) {
+            r->entries[k].wanted = r->frame;        /* what stands in stays */
+            draw(r, k, e_parent);
+        }
+    r->hidden[r->out.part.probe_count] = 0;
+    r->probes[r->out.part.probe_count++] = g->id;
 }
 
-static void each_group(struct spv_resident *r, const struct spv_selection *s,
-                       void (*visit)(struct spv_resident *, const struct group *))
+static void each_group(struct spv_resident *r, const struct spv_selection *s)
 {
     struct group g = {.chosen = s->blocks};
     for (const struct spv_chosen *end = s->blocks + s->block_count; g.chosen < end; g.chosen += g.count) {
@@ -266,28 +326,39 @@ static void each_group(struct spv_resident *r, const struct spv_selection *s,
     }
 }
 
-/* Room is made before anything is handed out: what the caller draws stays for the frame. */
-const struct spv_resident_frame *spv_resident_frame(struct spv_resident *r,
-                                                    const struct spv_selection *selection)
+struct spv_resident_frame *spv_resident_frame(struct spv_resident *r, const struct spv_selection *selection)
 {
-    uv_run(&r->loop, UV_RUN_NOWAIT);
     r->frame++;
-    r->asked_count = 0;
-    r->out.block_count = r->out.tops_count = r->out.missing = r->out.failed = 0;
-    each_group(r, selection, want_group);
-    qsort(r->asked, r->asked_count, sizeof *r->asked, by_error);
-    ask(r, r->asked, r->asked_count, true);
-    each_group(r, selection, draw_group);
+    take_in(r);
+    r->missed_count = 0;
+    r->out = (struct spv_resident_frame){.part = {.reader = r->reader, .items = r->items, .tops = r->tops,
+                                                  .probes = r->probes, .hidden = r->hidden}};
+    each_group(r, selection);
     r->out.read_bytes = r->read_bytes;
     r->out.resident_bytes = r->bytes;
     r->read_bytes = 0;
     return &r->out;
 }
 
+void spv_resident_ask(struct spv_resident *r)
+{
+    qsort(r->missed, r->missed_count, sizeof *r->missed, by_error);
+    for (uint32_t i = 0; i < r->missed_count && has_idle(r); i++)
+        if (!r->hidden[r->missed[i].probe] && !ask_for(r, &r->missed[i].chosen, true))
+            break;
+    r->out.resident_bytes = r->bytes;
+}
+
 void spv_resident_prefetch(struct spv_resident *r, const struct spv_selection *selection)
 {
-    if (r->asked_count == 0 || r->under_way < r->options.threads)
-        ask(r, selection->blocks, selection->block_count, false);
+    for (uint32_t i = 0; i < selection->block_count && r->under_way < r->options.threads; i++)
+        if (!ask_for(r, &selection->blocks[i], false))
+            break;
+}
+
+unsigned spv_resident_busy(const struct spv_resident *r)
+{
+    return r->under_way;
 }
 
 bool spv_resident_wait(struct spv_resident *r)
@@ -317,16 +388,22 @@ enum spc_status spv_resident_create(const struct spc_reader *reader,
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for blocks in memory");
     r->reader = reader;
     r->options = *options;
+    r->done_end = &r->done;
+    if (r->options.store.keep == NULL)
+        r->options.store = (struct spv_store){NULL, keep_plain, drop_plain};
     if (r->options.decode == NULL)
         r->options.decode = decode_block;
     r->entry_count = h->block_count;
     r->entries = calloc(h->block_count, sizeof *r->entries);
     r->here = calloc(h->block_count, sizeof *r->here);
-    r->asked = calloc(h->block_count, sizeof *r->asked);
-    r->out.blocks = calloc(h->block_count, sizeof *r->out.blocks);
-    r->out.tops = calloc(h->cluster_count, sizeof *r->out.tops);
+    r->missed = calloc(h->block_count, sizeof *r->missed);
+    r->items = calloc(h->block_count, sizeof *r->items);
+    r->tops = calloc(h->cluster_count, sizeof *r->tops);
+    r->probes = calloc(h->cluster_count, sizeof *r->probes);
+    r->hidden = calloc(h->cluster_count, sizeof *r->hidden);
     r->loop_open = uv_loop_init(&r->loop) == 0;
-    if (!r->entries || !r->here || !r->asked || !r->out.blocks || !r->out.tops || !r->loop_open) {
+    if (!r->entries || !r->here || !r->missed || !r->items || !r->tops || !r->probes || !r->hidden ||
+        !r->loop_open) {
         spv_resident_free(r);
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a list of %u blocks", h->block_count);
     }
@@ -342,12 +419,20 @@ void spv_resident_free(struct spv_resident *r)
         ;
     if (r->loop_open)
         uv_loop_close(&r->loop);
+    for (struct job *job = r->done, *next; job != NULL; job = next) {
+        next = job->next;
+        free(job->payload);
+        free(job);
+    }
     for (uint32_t i = 0; r->entries != NULL && i < r->entry_count; i++)
-        free(r->entries[i].payload);
+        if (r->entries[i].kept != NULL)
+            r->options.store.drop(r->options.store.draw, r->entries[i].kept);
     free(r->entries);
     free(r->here);
-    free(r->asked);
-    free(r->out.blocks);
-    free(r->out.tops);
+    free(r->missed);
+    free(r->items);
+    free(r->tops);
+    free(r->probes);
+    free(r->hidden);
     free(r);
 }

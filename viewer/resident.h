@@ -1,37 +1,34 @@
 /*
- * resident.h - which blocks are in memory, decoded, and what stands in for those that are not yet.
+ * resident.h - which blocks are kept, decoded, and what stands in for those that are not there yet.
  *
  * Threads read and decode, the caller's thread does all else and never waits. A frame gets what is there:
  * of a cluster with missing blocks those before the first missing one, whose nodes are drawn down to a
  * coarser error, or its tops out of the directory: no path is without a node, whatever is missing.
+ *
+ *   frame  what can be drawn now, and which clusters miss something
+ *   (the caller draws, and learns which of these clusters could not be seen anyway)
+ *   ask    for what is missing and could be seen; gives up what is needed least
  *
  * src  [Oka04] 3.1: prefixes; the rule of what stands in: spec section 9
  */
 #ifndef SPV_RESIDENT_H
 #define SPV_RESIDENT_H
 
-#include "select.h"
+#include "draw.h"
 
 struct spv_resident_options {
     uint64_t budget;                /* bytes that decoded blocks may take; what is on its way counts */
+    uint64_t upload_bytes;          /* that are given to the store in a frame, but for one block; 0: all */
     unsigned threads;               /* that read and decode, 1..64 */
+    struct spv_store store;         /* where blocks are kept; keep NULL: in plain memory */
     /* Fills payload[raw_bytes] of a block, on any thread; NULL: spc_block_decode. For tests. */
     enum spc_status (*decode)(void *ctx, const struct spc_reader *reader, uint32_t block,
                               uint8_t *payload, struct spc_error *err);
     void *decode_ctx;
 };
 
-struct spv_ready {                  /* a block to draw */
-    uint32_t block;
-    const uint8_t *payload;         /* until the next frame */
-    float missing;                  /* draw nodes of e_self up to this, too, however coarse; -1: none */
-};
-
 struct spv_resident_frame {
-    struct spv_ready *blocks;       /* [block_count], in the selection's order */
-    uint32_t block_count;
-    uint32_t *tops;                 /* [tops_count] clusters to draw by their tops, upper test alone */
-    uint32_t tops_count;
+    struct spv_part part;           /* its hidden is there to be written to */
     uint32_t missing;               /* wanted blocks that are not here yet */
     uint32_t failed;                /* of them, those whose last read failed */
     uint64_t read_bytes;            /* of chunks that came since the last frame */
@@ -40,22 +37,30 @@ struct spv_resident_frame {
 
 struct spv_resident;
 
-/* reader must live as long. fails SPC_NO_MEMORY */
+/* reader and store must live as long. fails SPC_NO_MEMORY */
 enum spc_status spv_resident_create(const struct spc_reader *reader,
                                     const struct spv_resident_options *options,
                                     struct spv_resident **out, struct spc_error *err);
 void spv_resident_free(struct spv_resident *resident);      /* waits for reads under way */
 
 /*
- * A frame of the selection: takes in what has been read, gives up what is needed least where memory is
- * short, asks for what is missing, coarse first, and says what can be drawn. The frame is resident's and
- * holds until the next one.
+ * A frame of the selection: takes in what has been read, and says what can be drawn. The frame is
+ * resident's; it and what it names hold until the next call.
  */
-const struct spv_resident_frame *spv_resident_frame(struct spv_resident *resident,
-                                                    const struct spv_selection *selection);
+struct spv_resident_frame *spv_resident_frame(struct spv_resident *resident,
+                                              const struct spv_selection *selection);
+
+/*
+ * Asks for what the last frame missed, coarse first, but for clusters whose hidden is set; gives up what is
+ * needed least where memory is short.
+ */
+void spv_resident_ask(struct spv_resident *resident);
 
 /* Asks for blocks that will be wanted soon, after those that are wanted now; fills idle threads only. */
 void spv_resident_prefetch(struct spv_resident *resident, const struct spv_selection *selection);
+
+/* Reads under way. */
+unsigned spv_resident_busy(const struct spv_resident *resident);
 
 /* Waits until some read has ended; false when none is under way. */
 bool spv_resident_wait(struct spv_resident *resident);
