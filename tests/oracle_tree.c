@@ -225,6 +225,7 @@ struct spv_interval oracle_interval(const struct oracle_tree *t, uint32_t block,
         .eps = (float)view->eps,
         .link_base = b->link_base,
         .lower = b->kind == SPC_BLOCK_INNER || oracle_hybrid(t, view),
+        .missing = -1,
     };
 }
 

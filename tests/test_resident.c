@@ -36,17 +36,15 @@ static enum spc_status read_badly(void *ctx, const struct spc_reader *reader, ui
 static void draw_block(const struct oracle_case *c, const struct spv_item *ready, uint8_t *drawn)
 {
     const struct oracle_tree *t = &c->tree;
-    const struct spv_interval in = oracle_interval(t, ready->block, &c->view);
+    struct spv_interval in = oracle_interval(t, ready->block, &c->view);
     const bool leaf = t->blocks[ready->block].kind == SPC_BLOCK_LEAF;
-    struct spv_interval upper = in;
-    upper.lower = false;
+    in.missing = ready->missing;
     for (uint32_t s = t->stored_first[ready->block]; s < t->stored_first[ready->block + 1]; s++) {
         const struct oracle_node *n = &t->nodes[t->stored[s]];
-        const bool coarse = spc_len_decode(n->code_self) <= ready->missing;
         const void *bytes = (const uint8_t *)ready->kept + (size_t)(s - t->stored_first[ready->block]) * SPC_NODE_BYTES;
         if (memcmp(bytes, n->record, SPC_NODE_BYTES) != 0)
             oracle_fail(c, "block %u holds other bytes than decoding gives", ready->block);
-        drawn[t->stored[s]] |= spv_interval_point(coarse ? &upper : &in, n->record) ? ORACLE_POINT : 0;
+        drawn[t->stored[s]] |= spv_interval_point(&in, n->record) ? ORACLE_POINT : 0;
         if (leaf && oracle_hybrid(t, &c->view) && spv_interval_triangle(&in, n->record))
             drawn[t->stored[s]] |= ORACLE_TRIANGLE;
     }

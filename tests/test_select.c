@@ -145,7 +145,7 @@ static uint64_t expect_nothing_missing(const struct world *w, const struct spv_v
         const struct spv_interval in = {
             .origin = {(float)-eye[0], (float)-eye[1], (float)-eye[2]},
             .step = ldexpf(1, b.step_exp - h->unit_exp), .eps = (float)view->eps,
-            .link_base = b.link_base, .lower = !leaf || view->mode == SPV_HYBRID,
+            .link_base = b.link_base, .lower = !leaf || view->mode == SPV_HYBRID, .missing = -1,
         };
         for (uint32_t i = 0; i < b.node_count; i++) {
             const uint8_t *record = w->payload[k] + l.nodes + 16 * i;

@@ -16,6 +16,7 @@ static void count_block(const struct spc_header *h, const struct spv_view *view,
         .eps = (float)view->eps,
         .link_base = b->link_base,
         .lower = !leaf || triangles,
+        .missing = -1,
     };
     out->nodes_processed += b->node_count;
     for (uint32_t i = 0; i < b->node_count; i++) {

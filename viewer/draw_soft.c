@@ -11,20 +11,24 @@
 #include "bytes.h"
 #include "threads.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #define BAND_PX ((size_t)1 << 26)
-enum { JOB_PX = 1 << 16 };          /* what a thread clears or writes out at a time */
+enum {
+    JOB_PX = 1 << 16,               /* what a thread clears or writes out at a time */
+    UNITS_APART = 64,               /* octaves between units that depths still tell */
+};
 
 struct spv_soft {
     struct spv_draw base;
     struct spv_threads *threads;
     struct soft_scratch **scratch;  /* one a thread */
     struct worker *workers;
-    struct soft_frame *frames;      /* one a part: the same but for reader and eye */
-    uint32_t frames_max;
+    struct soft_frame *frames;      /* one a part: the same but for reader, eye and unit; the last is of no part */
+    uint32_t frames_max;            /* parts */
     _Atomic uint64_t *words;
     size_t words_max;
     struct placed *placed;          /* what is drawn, near first */
@@ -92,7 +96,7 @@ static void take_camera(struct soft_frame *f, const struct spv_camera *c)
         f->axes[0][a] = c->right[a];
         f->axes[1][a] = -c->up[a];
         f->axes[2][a] = c->forward[a];
-        f->eye[a] = ldexp(c->eye[a], -f->header->unit_exp);
+        f->eye[a] = f->header != NULL ? ldexp(c->eye[a], -f->header->unit_exp) : 0;
     }
     f->focal = c->focal_px;
     f->center[0] = c->width / 2.0 - f->tile.x0;
@@ -115,6 +119,25 @@ static enum spc_status take_words(struct spv_soft *soft, const struct spv_tile *
     return SPC_OK;
 }
 
+/*
+ * Depths of all parts are in one unit. Of archives that lie further apart than floats reach, those of
+ * smaller ones count as near: what is seen of a larger one from there lies behind them.
+ */
+static void share_unit(struct spv_soft *soft, uint32_t parts)
+{
+    int low = INT_MAX, high = INT_MIN;
+    for (uint32_t p = 0; p < parts; p++) {
+        const int unit = soft->frames[p].header->unit_exp;
+        low = unit < low ? unit : low;
+        high = unit > high ? unit : high;
+    }
+    const int common = parts == 0 || high - low < UNITS_APART ? high : low + UNITS_APART;
+    for (uint32_t p = 0; p < parts; p++) {
+        const int apart = common - soft->frames[p].header->unit_exp;
+        soft->frames[p].unit = ldexpf(1, apart < -UNITS_APART ? -UNITS_APART : apart);
+    }
+}
+
 static enum spc_status begin(struct spv_soft *soft, const struct frame_input *in, const struct spv_tile *tile,
                              struct spc_error *err)
 {
@@ -122,17 +145,17 @@ static enum spc_status begin(struct spv_soft *soft, const struct frame_input *in
     if (status != SPC_OK)
         return status;
     const bool alone = spv_threads_count(soft->threads) == 1;
-    for (uint32_t p = 0; p < in->part_count; p++) {
+    for (uint32_t p = 0; p <= in->part_count; p++) {
         struct soft_frame *f = &soft->frames[p];
-        const struct spc_reader *reader = in->parts[p].reader;
-        *f = (struct soft_frame){.reader = reader, .header = spc_reader_header(reader), .view = in->view,
-                                 .tested = in->tested, .splat = in->options->splat,
-                                 .ambient = in->options->ambient, .tile = *tile, .words = soft->words,
-                                 .alone = alone, .wide = soft->wide};
+        const struct spc_reader *reader = p < in->part_count ? in->parts[p].reader : NULL;
+        *f = (struct soft_frame){.reader = reader, .header = reader != NULL ? spc_reader_header(reader) : NULL,
+                                 .view = in->view, .tested = in->tested, .splat = in->options->splat,
+                                 .paint = in->options->paint, .ambient = in->options->ambient, .tile = *tile,
+                                 .words = soft->words, .alone = alone, .wide = soft->wide};
         take_camera(f, &in->view->camera);
     }
-    if (in->part_count > 0)
-        spv_threads_run(soft->threads, (tile_px(soft->frames) + JOB_PX - 1) / JOB_PX, clear, soft->frames);
+    share_unit(soft, in->part_count);
+    spv_threads_run(soft->threads, (tile_px(soft->frames) + JOB_PX - 1) / JOB_PX, clear, soft->frames);
     return SPC_OK;
 }
 
@@ -163,15 +186,20 @@ static void end(struct spv_soft *soft, uint8_t *rgba)
 
 /* ---- blocks ------------------------------------------------------------------------------------ */
 
-struct placed {                     /* an item of a part */
+#define TOPS SPC_NONE               /* in place of an item: the cluster's tops */
+
+enum fate { NOT_REACHED, HIDDEN, DRAWN };
+
+struct placed {                     /* an item of a part, or a cluster's tops */
     double distance2;               /* of the cluster's box from the eye */
-    uint32_t order, part, item;
+    uint32_t part, cluster, item;
+    enum fate fate;                 /* over all tiles */
 };
 
 struct draw {
     struct spv_soft *soft;
     const struct frame_input *in;
-    const struct placed *placed;
+    struct placed *placed;
 };
 
 /* Decodes into the worker's own buffer; NULL: it failed. */
@@ -216,13 +244,13 @@ static bool draw_decoded(const struct soft_block *b, struct soft_scratch *s, str
     const struct soft_frame *f = b->frame;
     const bool triangles = b->l.indices && f->view->mode != SPV_POINTS;
     struct spv_ranges ranges;
-    spv_visible_ranges(f->reader, f->view, &b->b, &b->c, b->eye, b->payload + b->l.groups, &ranges);
+    spv_visible_ranges(f->reader, f->tested, &b->b, &b->c, b->tested_eye, b->payload + b->l.groups, &ranges);
     if (triangles && ranges.count > 0 && !spv_soft_project(b, s)) {
         spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to draw a block");
         return false;
     }
     for (uint32_t r = 0; r < ranges.count; r++) {
-        s->tested += (uint64_t)ranges.nodes[r];
+        s->counts.tested += (uint64_t)ranges.nodes[r];
         const uint32_t first = (uint32_t)ranges.first[r], n = (uint32_t)ranges.nodes[r];
         if (triangles)
             spv_soft_triangles(b, s, first, n);
@@ -232,28 +260,61 @@ static bool draw_decoded(const struct soft_block *b, struct soft_scratch *s, str
     return true;
 }
 
-static bool draw_block(void *ctx, unsigned worker, size_t i)
+static bool draw_item(struct soft_block *b, const struct spv_item *item, struct worker *w, struct soft_scratch *s)
+{
+    const struct soft_frame *f = b->frame;
+    spc_reader_block(f->reader, item->block, &b->b);
+    spc_block_layout(&b->b, f->header->flags, f->header->normal_clusters, &b->l);
+    b->lower = b->b.kind == SPC_BLOCK_INNER ||
+               (f->view->mode == SPV_HYBRID && (f->header->flags & SPC_FLAG_TRIANGLES));
+    b->missing = item->missing;
+    b->payload = item->kept != NULL ? item->kept : decode(f, w, &b->b, item->block);
+    return b->payload != NULL && draw_decoded(b, s, &w->err);
+}
+
+/* Each top is a block of one node: a record, and behind it its colour. */
+static void draw_tops(struct soft_block *b, uint32_t cluster, struct soft_scratch *s)
+{
+    uint8_t payload[SPC_NODE_BYTES + 4];
+    b->payload = payload;
+    b->l = (struct spc_block_layout){.colors = b->frame->header->flags & SPC_FLAG_COLORS ? SPC_NODE_BYTES : 0};
+    b->lower = false;
+    for (uint32_t t = 0; t < b->c.top_count; t++) {
+        const struct spc_top *top = &b->c.tops[t];
+        memcpy(payload, top->record, SPC_NODE_BYTES);
+        memcpy(payload + SPC_NODE_BYTES, top->rgba, 4);
+        b->b = (struct spc_block){.cluster = cluster, .node_count = 1, .step_exp = top->step_exp,
+                                  .link_base = top->link_base};
+        s->counts.tested++;
+        spv_soft_points(b, s, 0, 1);
+    }
+}
+
+static bool draw_placed(void *ctx, unsigned worker, size_t i)
 {
     const struct draw *d = ctx;
-    const struct placed *at = &d->placed[i];
-    const struct spv_item *item = &d->in->parts[at->part].items[at->item];
+    struct placed *at = &d->placed[i];
     const struct soft_frame *f = &d->soft->frames[at->part];
     const struct spv_camera *c = &f->view->camera;
+    struct soft_scratch *s = d->soft->scratch[worker];
     struct worker *w = &d->soft->workers[worker];
     struct soft_block b = {.frame = f};
-    spc_reader_block(f->reader, item->block, &b.b);
-    spc_reader_cluster(f->reader, b.b.cluster, &b.c);
+    const struct soft_counts before = s->counts;
+    bool drawn = true;
+    spc_reader_cluster(f->reader, at->cluster, &b.c);
     spv_eye_of_cluster(f->reader, &b.c, c, b.eye);
+    spv_eye_of_cluster(f->reader, &b.c, &f->tested->camera, b.tested_eye);
     if ((f->tile.width < c->width || f->tile.height < c->height) && !reaches_tile(f, &b.c, b.eye))
         return true;
-    spc_block_layout(&b.b, f->header->flags, f->header->normal_clusters, &b.l);
-    b.lower = b.b.kind == SPC_BLOCK_INNER ||
-              (f->view->mode == SPV_HYBRID && (f->header->flags & SPC_FLAG_TRIANGLES));
-    b.payload = item->kept != NULL ? item->kept : decode(f, w, &b.b, item->block);
-    if (b.payload != NULL && draw_decoded(&b, d->soft->scratch[worker], &w->err))
-        return true;
-    w->failed = i;
-    return false;
+    if (at->item != TOPS)
+        drawn = draw_item(&b, &d->in->parts[at->part].items[at->item], w, s);
+    else if (f->view->mode != SPV_TRIANGLES)
+        draw_tops(&b, at->cluster, s);
+    if (at->fate == DRAWN)
+        s->counts = before;         /* counted in another tile */
+    at->fate = DRAWN;
+    w->failed = i;                  /* if so */
+    return drawn;
 }
 
 static enum spc_status draw_items(struct spv_soft *soft, const struct frame_input *in, size_t count,
@@ -264,7 +325,7 @@ static enum spc_status draw_items(struct spv_soft *soft, const struct frame_inpu
     const unsigned n = spv_threads_count(soft->threads);
     for (unsigned t = 0; t < n; t++)
         soft->workers[t].err = (struct spc_error){0};
-    spv_threads_run(soft->threads, count, draw_block, &d);
+    spv_threads_run(soft->threads, count, draw_placed, &d);
     for (unsigned t = 0; t < n; t++) {
         const struct worker *w = &soft->workers[t];
         if (w->err.status != SPC_OK && (first == NULL || w->failed < first->failed))
@@ -282,59 +343,79 @@ static int nearer(const void *a, const void *b)
     const struct placed *p = a, *q = b;
     if (p->distance2 != q->distance2)
         return p->distance2 < q->distance2 ? -1 : 1;
-    return p->order < q->order ? -1 : p->order > q->order;
+    if (p->part != q->part)
+        return p->part < q->part ? -1 : 1;
+    if (p->cluster != q->cluster)
+        return p->cluster < q->cluster ? -1 : 1;
+    return p->item < q->item ? -1 : p->item > q->item;
 }
 
-static double distance2(const struct spc_reader *reader, const struct spv_view *view, uint32_t block)
+/* In units of 2^unit_exp. */
+static double distance2(const struct spc_reader *reader, const struct spv_view *view, uint32_t cluster, int unit_exp)
 {
-    struct spc_block b;
     struct spc_cluster c;
     double eye[3], sum = 0;
-    spc_reader_block(reader, block, &b);
-    spc_reader_cluster(reader, b.cluster, &c);
+    spc_reader_cluster(reader, cluster, &c);
     spv_eye_of_cluster(reader, &c, &view->camera, eye);
     for (int a = 0; a < 3; a++) {
         const double out = fmax(0, fmax((double)c.box[a] - eye[a], eye[a] - (double)c.box[a + 3]));
         sum += out * out;
     }
-    return ldexp(sum, 2 * spc_reader_header(reader)->unit_exp);
+    return ldexp(sum, 2 * (spc_reader_header(reader)->unit_exp - unit_exp));
 }
 
-/* Orders all parts' items; their number into *count. */
-static enum spc_status near_first(struct spv_soft *soft, const struct frame_input *in, size_t *count,
-                                  struct spc_error *err)
+static enum spc_status take_places(struct spv_soft *soft, const struct frame_input *in, struct spc_error *err)
 {
     size_t n = 0;
-    *count = 0;
     for (uint32_t p = 0; p < in->part_count; p++)
-        n += in->parts[p].item_count;
-    if (n > soft->placed_max || in->part_count > soft->frames_max) {
+        n += (size_t)in->parts[p].item_count + in->parts[p].top_count;
+    if (n > soft->placed_max || soft->placed == NULL || in->part_count > soft->frames_max) {
         free(soft->placed);
         free(soft->frames);
         soft->placed = malloc(n * sizeof *soft->placed + 1);
-        soft->frames = malloc(in->part_count * sizeof *soft->frames + 1);
+        soft->frames = malloc(((size_t)in->part_count + 1) * sizeof *soft->frames);
         soft->placed_max = n;
         soft->frames_max = in->part_count;
     }
-    if (soft->placed == NULL || soft->frames == NULL) {
-        soft->placed_max = soft->frames_max = 0;
-        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to order blocks");
+    if (soft->placed != NULL && soft->frames != NULL)
+        return SPC_OK;
+    free(soft->placed);
+    soft->placed = NULL;
+    return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to order blocks");
+}
+
+/* Orders all parts' items and tops; their number into *count. */
+static enum spc_status near_first(struct spv_soft *soft, const struct frame_input *in, size_t *count,
+                                  struct spc_error *err)
+{
+    const enum spc_status status = take_places(soft, in, err);
+    size_t n = 0;
+    for (uint32_t p = 0; p < in->part_count && status == SPC_OK; p++) {
+        const struct spv_part *part = &in->parts[p];
+        const int unit = spc_reader_header(in->parts[0].reader)->unit_exp;
+        for (uint32_t i = 0; i < part->item_count + part->top_count; i++) {
+            struct placed *at = &soft->placed[n++];
+            struct spc_block b = {.cluster = i < part->item_count ? 0 : part->tops[i - part->item_count]};
+            if (i < part->item_count)
+                spc_reader_block(part->reader, part->items[i].block, &b);
+            *at = (struct placed){.part = p, .cluster = b.cluster, .item = i < part->item_count ? i : TOPS};
+            at->distance2 = distance2(part->reader, in->view, b.cluster, unit);
+        }
     }
-    for (uint32_t p = 0; p < in->part_count; p++)
-        for (uint32_t i = 0; i < in->parts[p].item_count; i++, ++*count)
-            soft->placed[*count] = (struct placed){
-                distance2(in->parts[p].reader, in->view, in->parts[p].items[i].block), (uint32_t)*count, p, i};
-    qsort(soft->placed, n, sizeof *soft->placed, nearer);
-    return SPC_OK;
+    if (status == SPC_OK)
+        qsort(soft->placed, n, sizeof *soft->placed, nearer);
+    *count = n;
+    return status;
 }
 
 static void add_up(const struct spv_soft *soft, struct spv_drawn *drawn)
 {
     for (unsigned t = 0; t < spv_threads_count(soft->threads); t++) {
-        drawn->nodes += soft->scratch[t]->points;
-        drawn->triangles += soft->scratch[t]->triangles;
-        drawn->nodes_processed += soft->scratch[t]->tested;
-        soft->scratch[t]->points = soft->scratch[t]->triangles = soft->scratch[t]->tested = 0;
+        struct soft_counts *c = &soft->scratch[t]->counts;
+        drawn->nodes += c->points;
+        drawn->triangles += c->triangles;
+        drawn->nodes_processed += c->tested;
+        *c = (struct soft_counts){0};
     }
 }
 

@@ -19,6 +19,7 @@ struct spv_interval {               /* what a block's nodes share */
     float eps;
     int link_base;
     bool lower;                     /* false: leaves that have no triangle to give way to */
+    float missing;                  /* E of spec section 9: e_self up to this passes the lower test; -1: none */
 };
 
 /* q = eps rho of a record. */
@@ -36,7 +37,8 @@ static inline bool spv_interval_point(const struct spv_interval *in, const uint8
 {
     const float q = spv_interval_q(in, record);
     const uint16_t e_parent = load_u16(record + ND_E_PARENT);
-    if (in->lower && !(spc_len_decode(load_u16(record + ND_E_SELF)) < q))
+    const float e_self = spc_len_decode(load_u16(record + ND_E_SELF));
+    if (in->lower && !(e_self < q || e_self <= in->missing))
         return false;
     return e_parent == SPC_LEN_ROOT ||
            q * (1 - 0x1p-20f) <= spc_len_decode(e_parent) +

@@ -1,7 +1,8 @@
 /*
  * soft_int.h - what the files of the back end without GL share.
  *
- * View coordinates here: units, from the eye; x to the right, y down, z forward. w is 1 / z.
+ * View coordinates here: units, from the eye; x to the right, y down, z forward. w is 1 / z, in units that
+ * are one for all parts: powers of two lie between them.
  *
  * A pixel is one word: the bits of w above, larger is nearer, the colour (r, g, b, 255 from the low
  * byte up) below; 0 is empty. What is drawn takes the pixel's maximum, which does not depend on
@@ -43,6 +44,8 @@ struct soft_frame {                 /* what all blocks of a part share */
     float flat_px;                  /* light is one for what is at most as large as that */
     struct spv_tile tile;
     _Atomic uint64_t *words;        /* [tile.height][tile.width] */
+    float unit;                     /* of depths: w is unit / z, in units that all parts share */
+    enum spv_paint paint;
     bool alone;                     /* one thread */
     bool wide;                      /* 256-bit vectors */
 };
@@ -54,7 +57,9 @@ struct soft_block {
     struct spc_block_layout l;
     const uint8_t *payload;
     double eye[3];                  /* in the cluster's coordinates */
-    bool lower;                     /* struct spv_interval */
+    double tested_eye[3];           /* the one that decides what is drawn */
+    float missing;                  /* struct spv_interval */
+    bool lower;
 };
 
 struct soft_vertex {                /* projected */
@@ -62,14 +67,19 @@ struct soft_vertex {                /* projected */
     float w;                        /* 0: not before the eye, no projection */
 };
 
-struct soft_scratch {               /* one a thread */
+struct soft_counts {
     uint64_t points, triangles;     /* that passed their tests */
     uint64_t tested;                /* nodes, once each */
+};
+
+struct soft_scratch {               /* one a thread */
+    struct soft_counts counts;
     struct soft_vertex *vertices;
     size_t vertices_max;
     uint8_t pass[SOFT_CHUNK];
     /* Nodes of a chunk that passed: number in the block; record without its errors; by view axes. */
     uint32_t index[SOFT_CHUNK], record[3][SOFT_CHUNK];
+    uint32_t base[SOFT_CHUNK];      /* colour without light */
     float center[3][SOFT_CHUNK], normal[3][SOFT_CHUNK];
     float radius[SOFT_CHUNK], height[SOFT_CHUNK], w_max[SOFT_CHUNK];
     int x0[SOFT_CHUNK], x1[SOFT_CHUNK], y0[SOFT_CHUNK], y1[SOFT_CHUNK];     /* px, inclusive */
@@ -83,6 +93,9 @@ struct soft_scratch {               /* one a thread */
  */
 uint32_t spv_soft_gather(const struct soft_block *block, struct soft_scratch *s, uint32_t first,
                          uint32_t n, bool triangles);
+
+/* Colours of the nodes that s->index names into s->base: their own, white, or what is painted. */
+void spv_soft_colors(const struct soft_block *block, struct soft_scratch *s, uint32_t count, bool triangles);
 
 /* Draws splats and triangles of nodes first to first + count. */
 void spv_soft_points(const struct soft_block *block, struct soft_scratch *s, uint32_t first,

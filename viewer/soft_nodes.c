@@ -9,6 +9,7 @@
 
 #include "bytes.h"
 #include "interval.h"
+#include "paint.h"
 
 struct decode {                     /* a block's records into view coordinates, units */
     float origin[3];                /* of the cluster */
@@ -19,11 +20,12 @@ struct decode {                     /* a block's records into view coordinates, 
 static void make_interval(const struct soft_block *b, struct spv_interval *out)
 {
     *out = (struct spv_interval){
-        .origin = {(float)-b->eye[0], (float)-b->eye[1], (float)-b->eye[2]},
+        .origin = {(float)-b->tested_eye[0], (float)-b->tested_eye[1], (float)-b->tested_eye[2]},
         .step = ldexpf(1, b->b.step_exp - b->frame->header->unit_exp),
-        .eps = (float)b->frame->view->eps,
+        .eps = (float)b->frame->tested->eps,
         .link_base = b->b.link_base,
         .lower = b->lower,
+        .missing = b->missing,
     };
 }
 
@@ -66,7 +68,8 @@ SPV_INLINE void test_body(const struct spv_interval *in, const uint8_t *records,
                 soft_float((uint32_t)(in->link_base + 127 + (int)(code >> 3)) << 23 |
                            (code & 7) << 20);
             const uint32_t reach = q * (1 - 0x1p-20f) <= length_of(e_parent) + in->eps * link;
-            pass[i] = (uint8_t)(((e_self < q) | upper) & (reach | (e_parent == SPC_LEN_ROOT)));
+            const uint32_t fine = (e_self < q) | (e_self <= in->missing) | upper;
+            pass[i] = (uint8_t)(fine & (reach | (e_parent == SPC_LEN_ROOT)));
         }
     }
 }
@@ -145,4 +148,35 @@ uint32_t spv_soft_gather(const struct soft_block *b, struct soft_scratch *s, uin
         (wide ? decode_wide : decode_plain)(&d, s, count);
     }
     return count;
+}
+
+/* Numbers of normal clusters, whose nodes lie one after another. */
+static void paint_groups(const struct soft_block *b, struct soft_scratch *s, uint32_t count)
+{
+    const uint8_t *groups = b->payload + b->l.groups;
+    uint32_t group = 0, end = b->l.groups ? load_u16(groups) : UINT32_MAX;
+    for (uint32_t i = 0; i < count; i++) {
+        while (s->index[i] >= end)
+            end += load_u16(groups + 4 * (size_t)++group);
+        s->base[i] = spv_paint_hue(group);
+    }
+}
+
+void spv_soft_colors(const struct soft_block *b, struct soft_scratch *s, uint32_t count, bool triangles)
+{
+    const enum spv_paint paint = b->frame->paint;
+    const uint8_t *colors = b->payload + b->l.colors;
+    if (paint == SPV_PAINT_NORMALS) {
+        paint_groups(b, s, count);
+        return;
+    }
+    if (paint == SPV_PAINT_SCAN && b->l.colors) {
+        for (uint32_t i = 0; i < count; i++)
+            s->base[i] = load_u32(colors + 4 * (size_t)s->index[i]);
+        return;
+    }
+    const uint32_t color = paint == SPV_PAINT_SCAN ? 0xFFFFFFFFu
+                                                   : spv_paint_block(paint, b->b.cluster, b->c.level, triangles);
+    for (uint32_t i = 0; i < count; i++)
+        s->base[i] = color;
 }

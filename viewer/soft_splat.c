@@ -9,14 +9,11 @@
  */
 #include "soft_int.h"
 
-#include "bytes.h"
-
 #include <math.h>
 
 struct splats {                     /* what a chunk's splats share */
     const struct soft_frame *frame;
-    const uint8_t *colors;          /* rgba by node of the block, or NULL */
-    float focal, inverse, center[2], pad, ambient, flat_px;
+    float unit, focal, inverse, center[2], pad, ambient, flat_px;
     int width, height;
     bool fast;
 };
@@ -66,12 +63,12 @@ SPV_INLINE void bounds_body(const struct splats *all, struct soft_scratch *s, ui
         s->y1[i] = soft_last(py1, p->height);
         s->radius[i] = r;
         s->height[i] = h;
-        s->w_max[i] = soft_min(near, 0.5f / SOFT_NEAR);     /* of no pixel more: what is hidden is left out */
+        s->w_max[i] = p->unit * soft_min(near, 0.5f / SOFT_NEAR);    /* of no pixel more: what is hidden is left out */
         s->flat[i] = soft_max(px1 - px0, py1 - py0) <= p->flat_px;
         const float dot = nx * x + ny * y + nz * z;
         const float rough = (float)(int)(rest >> 16 & 0xFF) * (1.0f / 255);
         const float facing2 = soft_min(dot * dot / soft_max(distance2, 0x1p-120f), 1);
-        const uint32_t color = s->color[i];
+        const uint32_t color = s->base[i];
         s->color[i] = lit(soft_channel(color, 0), soft_channel(color, 8), soft_channel(color, 16),
                           light_of(facing2, rough, p->ambient));
     }
@@ -122,7 +119,7 @@ SPV_INLINE void cover_body(const struct splats *p, const struct soft_scratch *s,
         const float lo = soft_max(plane - slab, (-B - root) * per_A);
         const float hi = soft_min(plane + slab, (-B + root) * per_A);
         const float at = soft_max(cz + soft_max(soft_min(plane, hi), lo), 2 * SOFT_NEAR);
-        const uint32_t w = soft_bits(soft_min(1 / at, w_max));
+        const uint32_t w = soft_bits(soft_min(p->unit / at, w_max));
         const bool hit = (steep | (soft_abs(b) <= h)) & (D >= 0) & (lo <= hi) & (cz + hi > 0) &
                          (LANE_X[k] <= last_x) & (LANE_Y[k] <= last_y) & ((int)w >= (int)behind[k]);
         out->w[k] = w;
@@ -132,11 +129,11 @@ SPV_INLINE void cover_body(const struct splats *p, const struct soft_scratch *s,
 }
 
 /* The rectangle of the fast mode: no test, the depth of the centre. */
-SPV_INLINE void fill_body(const struct soft_scratch *s, uint32_t i, const uint32_t behind[LANES],
-                          struct pixels *out)
+SPV_INLINE void fill_body(const struct splats *p, const struct soft_scratch *s, uint32_t i,
+                          const uint32_t behind[LANES], struct pixels *out)
 {
     const uint32_t w =
-        soft_bits(soft_min(1 / soft_max(s->center[2][i], 2 * SOFT_NEAR), s->w_max[i]));
+        soft_bits(soft_min(p->unit / soft_max(s->center[2][i], 2 * SOFT_NEAR), s->w_max[i]));
     const float last_x = (float)(s->x1[i] - out->x), last_y = (float)(s->y1[i] - out->y);
     uint32_t mask = 0;
     SPV_ROLLED
@@ -149,18 +146,13 @@ SPV_INLINE void fill_body(const struct soft_scratch *s, uint32_t i, const uint32
     out->mask = mask;
 }
 
-static uint32_t color_of(const struct splats *p, uint32_t node)
-{
-    return p->colors ? load_u32(p->colors + 4 * (size_t)node) : 0xFFFFFFFFu;
-}
-
 SPV_INLINE void shade_body(const struct splats *p, const struct soft_scratch *s, uint32_t i,
                            struct pixels *out)
 {
     const float nx = s->normal[0][i], ny = s->normal[1][i], nz = s->normal[2][i];
     const float left = (float)out->x + 0.5f - p->center[0], top = (float)out->y + 0.5f - p->center[1];
     const float rough = (float)(int)(s->record[2][i] >> 16 & 0xFF) * (1.0f / 255);
-    const uint32_t color = color_of(p, s->index[i]);
+    const uint32_t color = s->base[i];
     const float r = soft_channel(color, 0), g = soft_channel(color, 8), b = soft_channel(color, 16);
     SPV_ROLLED
     for (int k = 0; k < LANES; k++) {
@@ -178,7 +170,7 @@ SPV_INLINE void draw_pixels(const struct splats *p, const struct soft_scratch *s
     uint32_t behind[LANES];
     soft_depths(p->frame, x, y, behind);
     if (p->fast)
-        fill_body(s, i, behind, &out);
+        fill_body(p, s, i, behind, &out);
     else
         cover_body(p, s, i, behind, &out);
     if (out.mask == 0)
@@ -219,7 +211,7 @@ void spv_soft_points(const struct soft_block *b, struct soft_scratch *s, uint32_
     const struct soft_frame *f = b->frame;
     const struct splats p = {
         .frame = f,
-        .colors = b->l.colors ? b->payload + b->l.colors : NULL,
+        .unit = f->unit,
         .focal = (float)f->focal, .inverse = (float)(1 / f->focal),
         .center = {(float)f->center[0], (float)f->center[1]},
         .pad = (float)(1.05 * (double)SOFT_MARGIN_PX / f->focal),       /* and roundings */
@@ -230,9 +222,8 @@ void spv_soft_points(const struct soft_block *b, struct soft_scratch *s, uint32_
     for (uint32_t at = 0; at < count; at += SOFT_CHUNK) {
         const uint32_t n = count - at < SOFT_CHUNK ? count - at : SOFT_CHUNK;
         const uint32_t k = spv_soft_gather(b, s, first + at, n, false);
-        s->points += k;
-        for (uint32_t i = 0; i < k; i++)
-            s->color[i] = color_of(&p, s->index[i]);
+        s->counts.points += k;
+        spv_soft_colors(b, s, k, false);
         (f->wide ? bounds_wide : bounds_plain)(&p, s, k);
         (f->wide ? draw_wide : draw_plain)(&p, s, k);
     }

@@ -74,7 +74,7 @@ SPV_INLINE void project_body(const struct soft_block *b, const struct lattice *l
         const double w = 1 / (before ? at[2] : 1), scale = f->focal * w;
         out[i].x = f->center[0] + scale * at[0];
         out[i].y = f->center[1] + scale * at[1];
-        out[i].w = before ? (float)w : 0;
+        out[i].w = before ? (float)w * f->unit : 0;
     }
 }
 
@@ -307,7 +307,7 @@ static void draw_any(struct triangle *t, double v[3][3])
                 blend(t->color, soft_max((float)b0 * scale, 0), soft_max((float)b1 * scale, 0),
                       soft_max((float)b2 * scale, 0), light);
             soft_put(f, (size_t)y * (size_t)f->tile.width + (size_t)x,
-                     soft_word(soft_bits(soft_min((float)(sum / det), 0.5f / SOFT_NEAR)), color));
+                     soft_word(soft_bits(f->unit * soft_min((float)(sum / det), 0.5f / SOFT_NEAR)), color));
         }
 }
 
@@ -353,7 +353,8 @@ SPV_INLINE bool place(struct triangle *t, bool *ordinary)
 SPV_INLINE void draw_body(const struct soft_block *b, struct soft_scratch *s, uint32_t count)
 {
     const struct soft_frame *f = b->frame;
-    const uint8_t *colors = b->l.vertex_colors ? b->payload + b->l.vertex_colors : NULL;
+    const bool painted = f->paint != SPV_PAINT_SCAN;
+    const uint8_t *colors = b->l.vertex_colors && !painted ? b->payload + b->l.vertex_colors : NULL;
     struct triangle t = {.frame = f, .color = {0xFFFFFFFFu, 0xFFFFFFFFu, 0xFFFFFFFFu}, .one_color = true};
     struct edges e;
     bool ordinary;
@@ -366,6 +367,8 @@ SPV_INLINE void draw_body(const struct soft_block *b, struct soft_scratch *s, ui
             continue;
         for (int k = 0; k < 3 && colors; k++)
             t.color[k] = load_u32(colors + 4 * (size_t)load_u16(corners + 2 * k)) & 0xFFFFFFu;
+        if (painted)
+            t.color[0] = t.color[1] = t.color[2] = s->base[i] & 0xFFFFFFu;
         t.one_color = t.color[0] == t.color[1] && t.color[0] == t.color[2];
         for (int a = 0; a < 3; a++)
             t.normal[a] = s->normal[a][i];
@@ -396,7 +399,9 @@ void spv_soft_triangles(const struct soft_block *b, struct soft_scratch *s, uint
     for (uint32_t at = 0; at < count; at += SOFT_CHUNK) {
         const uint32_t n = count - at < SOFT_CHUNK ? count - at : SOFT_CHUNK;
         const uint32_t k = spv_soft_gather(b, s, first + at, n, true);
-        s->triangles += k;
+        s->counts.triangles += k;
+        if (b->frame->paint != SPV_PAINT_SCAN)
+            spv_soft_colors(b, s, k, true);
         (b->frame->wide ? draw_wide : draw_plain)(b, s, k);
     }
 }

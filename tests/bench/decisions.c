@@ -29,7 +29,7 @@ static uint64_t drawn_of(const struct bench_archive *a, const struct spv_view *v
     const struct spv_interval in = {
         .origin = {(float)-eye[0], (float)-eye[1], (float)-eye[2]},
         .step = ldexpf(1, b->step_exp - a->header->unit_exp), .eps = (float)view->eps,
-        .link_base = b->link_base, .lower = !leaf || triangles,
+        .link_base = b->link_base, .lower = !leaf || triangles, .missing = -1,
     };
     uint64_t drawn = 0;
     for (uint32_t i = 0; i < count; i++) {
