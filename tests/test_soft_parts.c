@@ -415,7 +415,7 @@ START_TEST(paint_says_what_a_pixel_is_of)
                 if (!is_of(color, paint, reader))
                     ck_abort_msg("frame %d, pixel %zu: %08x is no paint", i, k, color);
                 if (one && paint <= SPV_PAINT_LEVELS)
-                    ck_assert_uint_eq(color, spv_paint_block(paint, b.cluster, c.level, false));
+                    ck_assert_uint_eq(color, spv_paint_hue(paint == SPV_PAINT_LEVELS ? c.level : b.cluster));
                 two |= first != 0 && color != first;
                 first = color;
             }
