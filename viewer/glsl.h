@@ -9,12 +9,12 @@
 
 /* Decoding and the interval test; interval.h says the same in C. */
 #define GLSL_NODE                                                                               \
-    "uniform vec3 u_origin;\n"      /* cluster origin from the eye */                           \
-    "uniform float u_step, u_eps;\n"                                                            \
-    "uniform int u_link_base, u_lower;\n"                                                       \
+    "uniform vec4 u_place;\n"       /* cluster origin from the eye of the tests; step */        \
+    "uniform vec2 u_range;\n"       /* e_self up to here has no lower test; link base */        \
+    "uniform float u_eps;\n"                                                                    \
     "float len_of(uint code) { return uintBitsToFloat(code << 15); }\n"                         \
-    "vec3 center_of(uvec4 r) {\n"                                                               \
-    "    return u_origin + vec3(r.x & 0xFFFFu, r.x >> 16, r.y & 0xFFFFu) * u_step;\n"           \
+    "vec3 center_of(uvec4 r, vec4 place) {\n"                                                   \
+    "    return place.xyz + vec3(r.x & 0xFFFFu, r.x >> 16, r.y & 0xFFFFu) * place.w;\n"         \
     "}\n"                                                                                       \
     "vec3 normal_of(uvec4 r) {\n"                                                               \
     "    vec2 p = vec2(r.y >> 16 & 0xFFu, r.y >> 24) - 127.0;\n"                                \
@@ -24,17 +24,18 @@
     "    return normalize(vec3(p, z));\n"                                                       \
     "}\n"                                                                                       \
     "float q_of(uvec4 r) {\n"                                                                   \
-    "    return u_eps * (length(center_of(r)) - len_of(r.w & 0xFFFFu));\n"                      \
+    "    return u_eps * (length(center_of(r, u_place)) - len_of(r.w & 0xFFFFu));\n"                      \
     "}\n"                                                                                       \
     "float link_of(uvec4 r) {\n"                                                                \
     "    uint code = r.w >> 24;\n"                                                              \
-    "    uint exponent = uint(u_link_base + int(code >> 3) + 127);\n"                           \
+    "    uint exponent = uint(int(u_range.y) + int(code >> 3) + 127);\n"                           \
     "    return uintBitsToFloat(exponent << 23 | (code & 7u) << 20);\n"                         \
     "}\n"                                                                                       \
     "bool point_drawn(uvec4 r) {\n"                                                             \
     "    float q = q_of(r);\n"                                                                  \
     "    uint e_parent = r.z >> 16;\n"                                                          \
-    "    if (u_lower != 0 && !(len_of(r.z & 0xFFFFu) < q))\n"                                   \
+    "    float e_self = len_of(r.z & 0xFFFFu);\n"                                               \
+    "    if (!(e_self < q || e_self <= u_range.x))\n"                                           \
     "        return false;\n"                                                                   \
     "    return e_parent == 0xFF00u ||\n"                                                       \
     "        q * (1.0 - 1.0 / 1048576.0) <= len_of(e_parent) + u_eps * link_of(r);\n"           \
@@ -54,9 +55,10 @@ static const char GLSL_SPLAT_VS[] =
     "#version 330 core\n"
     "layout(location = 0) in uvec4 a_node;\n"
     "layout(location = 1) in vec4 a_color;\n"
+    "layout(location = 2) in vec4 a_place;\n"      /* cluster origin from the picture's eye; step */
     GLSL_NODE GLSL_FRAME
     "uniform float u_limit, u_pad, u_near;\n"
-    "uniform int u_quads;\n"
+    "uniform int u_quads, u_all;\n"
     "flat out vec3 v_center, v_normal;\n"
     "flat out vec2 v_pill;\n"
     "flat out vec3 v_color;\n"
@@ -65,8 +67,8 @@ static const char GLSL_SPLAT_VS[] =
     "void main() {\n"
     "    v_center = vec3(0.0); v_normal = vec3(0.0); v_pill = vec2(0.0); v_color = vec3(0.0);\n"
     "    v_rough = float(a_node.w >> 16 & 0xFFu) / 255.0;\n"
-    "    if (!point_drawn(a_node)) { reject(); return; }\n"
-    "    vec3 c = u_view * center_of(a_node);\n"
+    "    if (u_all == 0 && !point_drawn(a_node)) { reject(); return; }\n"
+    "    vec3 c = u_view * center_of(a_node, a_place);\n"
     "    vec3 n = u_view * normal_of(a_node);\n"
     "    float R = len_of(a_node.w & 0xFFFFu);\n"
     "    float H = R * float((a_node.w >> 16 & 0xFFu) + 1u) / 256.0;\n"
@@ -158,31 +160,38 @@ static const char GLSL_SPLAT_FS[] =
  */
 static const char GLSL_TRIANGLE_VS[] =
     "#version 330 core\n"
-    "uniform usamplerBuffer u_nodes, u_indices, u_vertices;\n"
-    "uniform samplerBuffer u_colors;\n"
+    "uniform usamplerBuffer u_nodes, u_words;\n"   /* the whole block in 16 and in 4 bytes */
+    "uniform ivec4 u_at;\n"         /* where nodes, indices, vertices and colours begin, in their own size */
     "uniform ivec3 u_base_hi, u_base_lo;\n"     /* block's base minus the eye's, in 2^16 and 1 */
     "uniform vec3 u_eye_rest;\n"                /* from the eye to its lattice point */
     "uniform float u_lattice;\n"
     "uniform int u_width, u_all, u_colored;\n"
+    "uniform vec3 u_paint;\n"       /* for what has no colours */
     GLSL_NODE GLSL_FRAME
     "uniform float u_near;\n"
     "out vec3 v_color;\n"
     "flat out vec3 v_normal;\n"
-    "void axis_of(int texel, int axis, out int hi, out int lo) {\n"
-    "    uvec2 v = texelFetch(u_vertices, texel).xy;\n"
-    "    int low = u_base_lo[axis] + int(v.x & 0xFFFFu);\n"
-    "    hi = u_base_hi[axis] + (low >> 16);\n"
-    "    if (u_width > 2) hi += int(v.x >> 16);\n"
-    "    if (u_width > 4) hi += int(v.y << 16);\n"
-    "    lo = low & 0xFFFF;\n"
+    "uint word(int at) { return texelFetch(u_words, at).x; }\n"
+    "uint half_word(int at) { return word(at >> 1) >> (16 * (at & 1)) & 0xFFFFu; }\n"
+    "int vertex_of(int corner) { return int(half_word(u_at.y + corner)); }\n"
+    "void axis_of(int number, int axis, out int hi, out int lo) {\n"
+    "    uint low = u_width == 2 ? half_word(u_at.z + number) : word(u_at.z + number * (u_width >> 2));\n"
+    "    int sum = u_base_lo[axis] + int(low & 0xFFFFu);\n"
+    "    hi = u_base_hi[axis] + (sum >> 16) + int(low >> 16);\n"
+    "    if (u_width > 4) hi += int(word(u_at.z + number * 2 + 1) << 16);\n"
+    "    lo = sum & 0xFFFF;\n"
     "}\n"
     "vec3 corner_of(int corner) {\n"
-    "    int v = int(texelFetch(u_indices, corner).x);\n"
+    "    int first = 3 * vertex_of(corner);\n"
     "    ivec3 hi, lo;\n"
-    "    axis_of(3 * v, 0, hi.x, lo.x);\n"
-    "    axis_of(3 * v + 1, 1, hi.y, lo.y);\n"
-    "    axis_of(3 * v + 2, 2, hi.z, lo.z);\n"
+    "    axis_of(first, 0, hi.x, lo.x);\n"
+    "    axis_of(first + 1, 1, hi.y, lo.y);\n"
+    "    axis_of(first + 2, 2, hi.z, lo.z);\n"
     "    return u_view * ((vec3(hi) * 65536.0 + vec3(lo)) * u_lattice + u_eye_rest);\n"
+    "}\n"
+    "vec3 color_of(int corner) {\n"
+    "    uint rgba = word(u_at.w + vertex_of(corner));\n"
+    "    return vec3(rgba & 0xFFu, rgba >> 8 & 0xFFu, rgba >> 16 & 0xFFu) / 255.0;\n"
     "}\n"
     "vec2 outward(vec3 at, vec3 next, vec3 last) {\n"      /* px by which a corner moves */
     "    if (min(at.z, min(next.z, last.z)) <= 4.0 * u_near) return vec2(0.0);\n"
@@ -197,15 +206,15 @@ static const char GLSL_TRIANGLE_VS[] =
     "}\n"
     "void main() {\n"
     "    int triangle = gl_VertexID / 3, corner = gl_VertexID - 3 * triangle;\n"
-    "    uvec4 node = texelFetch(u_nodes, triangle);\n"
-    "    v_color = vec3(1.0); v_normal = vec3(0.0);\n"
+    "    uvec4 node = texelFetch(u_nodes, u_at.x + triangle);\n"
+    "    v_color = u_paint; v_normal = vec3(0.0);\n"
     "    gl_Position = vec4(2.0, 2.0, 2.0, 1.0);\n"
     "    if (u_all == 0 && !triangle_drawn(node)) return;\n"
     "    int first = 3 * triangle;\n"
     "    vec3 at = corner_of(gl_VertexID);\n"
     "    vec2 move = outward(at, corner_of(first + (corner + 1) % 3), corner_of(first + (corner + 2) % 3));\n"
     "    v_normal = u_view * normal_of(node);\n"
-    "    if (u_colored != 0) v_color = texelFetch(u_colors, int(texelFetch(u_indices, gl_VertexID).x)).rgb;\n"
+    "    if (u_colored != 0) v_color = color_of(gl_VertexID);\n"
     "    vec2 px = u_focal * at.xy * 2.0 + (2.0 * (u_center + move) - u_size) * at.z;\n"
     "    gl_Position = vec4(px / u_size, at.z - 2.0 * u_near, at.z);\n"
     "}\n";
@@ -222,6 +231,41 @@ static const char GLSL_TRIANGLE_FS[] =
     "    gl_FragDepth = u_near * gl_FragCoord.w;\n"
     "    float light = abs(dot(v_normal, d));\n"
     "    o_color = vec4(v_color * (u_ambient + (1.0 - u_ambient) * light), 1.0);\n"
+    "}\n";
+
+/* A rectangle in the picture at one depth: asks whether anything of it would show. */
+static const char GLSL_BOX_VS[] =
+    "#version 330 core\n"
+    "uniform vec4 u_rect;\n"        /* px */
+    "uniform vec2 u_size;\n"
+    "void main() {\n"
+    "    vec2 px = mix(u_rect.xy, u_rect.zw, vec2(gl_VertexID & 1, gl_VertexID >> 1));\n"
+    "    gl_Position = vec4(px / u_size * 2.0 - 1.0, 0.0, 1.0);\n"
+    "}\n";
+
+static const char GLSL_BOX_FS[] =
+    "#version 330 core\n"
+    "uniform float u_depth;\n"
+    "void main() { gl_FragDepth = u_depth; }\n";
+
+/* The picture without its guard band, as large as the window, over a background. */
+static const char GLSL_SHOW_VS[] =
+    "#version 330 core\n"
+    "void main() {\n"
+    "    gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);\n"
+    "}\n";
+
+static const char GLSL_SHOW_FS[] =
+    "#version 330 core\n"
+    "uniform sampler2D u_picture;\n"
+    "uniform int u_guard;\n"        /* px */
+    "uniform vec2 u_scale, u_size;\n"       /* window px to picture px; size of the picture */
+    "uniform vec3 u_background;\n"
+    "out vec4 o_color;\n"
+    "void main() {\n"
+    "    ivec2 at = ivec2(min(gl_FragCoord.xy * u_scale, u_size - 0.5));\n"
+    "    vec4 color = texelFetch(u_picture, at + u_guard, 0);\n"
+    "    o_color = vec4(mix(u_background, color.rgb, color.a), 1.0);\n"
     "}\n";
 
 #endif
