@@ -49,8 +49,7 @@ bool spv_camera_look(struct spv_camera *camera, const double eye[3], const doubl
     return true;
 }
 
-/* Distance from the middle at which every corner of the box lies in the picture, with a margin. */
-static double framing_distance(const struct spv_camera *c, const double half[3])
+double spv_camera_framing(const struct spv_camera *c, const double half[3])
 {
     const double margin = 1.02;
     const double tan_x = c->width / (2 * c->focal_px);
@@ -64,42 +63,52 @@ static double framing_distance(const struct spv_camera *c, const double half[3])
         distance = fmax(distance, toward + margin * fabs(dot(p, c->right)) / tan_x);
         distance = fmax(distance, toward + margin * fabs(dot(p, c->up)) / tan_y);
     }
-    return distance;
+    return distance > 0 ? distance : 1;
+}
+
+bool spv_camera_basis(const double up[3], double front[3], double side[3], double vertical[3])
+{
+    for (int a = 0; a < 3; a++)
+        vertical[a] = up[a];
+    if (!normalize(vertical))
+        return false;
+    const double reference[3] = {fabs(vertical[0]) < 0.9, fabs(vertical[0]) >= 0.9, 0};
+    cross(reference, vertical, front);
+    normalize(front);
+    cross(vertical, front, side);
+    return true;
+}
+
+void spv_camera_turn(const double front[3], const double side[3], const double vertical[3],
+                     double azimuth_rad, double elevation_rad, double toward[3], double top[3])
+{
+    for (int a = 0; a < 3; a++) {
+        toward[a] = cos(elevation_rad) *
+                        (cos(azimuth_rad) * front[a] + sin(azimuth_rad) * side[a]) +
+                    sin(elevation_rad) * vertical[a];
+        top[a] = -sin(elevation_rad) *
+                     (cos(azimuth_rad) * front[a] + sin(azimuth_rad) * side[a]) +
+                 cos(elevation_rad) * vertical[a];
+    }
 }
 
 bool spv_camera_orbit(struct spv_camera *camera, const double box_min[3], const double box_max[3],
                       double azimuth_rad, double elevation_rad, double distance,
                       const double up[3], double fov_rad, int width, int height)
 {
-    double vertical[3] = {up[0], up[1], up[2]}, side[3], front[3];
-    double middle[3], half[3], toward[3], top[3];
-    if (!normalize(vertical))
+    double vertical[3], side[3], front[3], toward[3], top[3], half[3];
+    if (!spv_camera_basis(up, front, side, vertical))
         return false;
-    /* The front: +z for y up, -y for z up, and what follows for other axes. */
-    const double reference[3] = {fabs(vertical[0]) < 0.9, fabs(vertical[0]) >= 0.9, 0};
-    cross(reference, vertical, front);
-    normalize(front);
-    cross(vertical, front, side);
-    for (int a = 0; a < 3; a++) {
-        middle[a] = box_min[a] / 2 + box_max[a] / 2;
-        half[a] = box_max[a] / 2 - box_min[a] / 2;
-        toward[a] = cos(elevation_rad) *
-                        (cos(azimuth_rad) * front[a] + sin(azimuth_rad) * side[a]) +
-                    sin(elevation_rad) * vertical[a];
-        /* Turns with the elevation, so that looking straight down is a view like any other. */
-        top[a] = -sin(elevation_rad) *
-                     (cos(azimuth_rad) * front[a] + sin(azimuth_rad) * side[a]) +
-                 cos(elevation_rad) * vertical[a];
-    }
+    spv_camera_turn(front, side, vertical, azimuth_rad, elevation_rad, toward, top);
     const double origin[3] = {0, 0, 0};     /* the axes first: they tell the distance */
     if (!spv_camera_look(camera, toward, origin, top, fov_rad, width, height))
         return false;
-    if (!(distance > 0))
-        distance = framing_distance(camera, half);
-    if (!(distance > 0))
-        distance = 1;               /* a single point: any distance frames it */
     for (int a = 0; a < 3; a++)
-        camera->eye[a] = middle[a] + distance * toward[a];
+        half[a] = box_max[a] / 2 - box_min[a] / 2;
+    if (!(distance > 0))
+        distance = spv_camera_framing(camera, half);
+    for (int a = 0; a < 3; a++)
+        camera->eye[a] = box_min[a] / 2 + box_max[a] / 2 + distance * toward[a];
     return true;
 }
 

@@ -35,6 +35,27 @@ bool spv_camera_orbit(struct spv_camera *camera, const double box_min[3], const 
                       const double up[3], double fov_rad, int width, int height);
 
 /*
+ * The axes that azimuth and elevation are measured by, orthonormal: the front is +z for y up, -y for
+ * z up, and what follows for other axes; side is the model's right, seen from the front.
+ *
+ * out    (return) false when up is no direction
+ */
+bool spv_camera_basis(const double up[3], double front[3], double side[3], double vertical[3]);
+
+/*
+ * Where the eye is, seen from what it looks at, and where its picture's top is: of length 1 and
+ * perpendicular. top turns with the elevation, so that looking straight down is a view like any other.
+ */
+void spv_camera_turn(const double front[3], const double side[3], const double vertical[3],
+                     double azimuth_rad, double elevation_rad, double toward[3], double top[3]);
+
+/*
+ * Distance from the middle of a box at which all of it lies in the picture, with a margin. The
+ * camera's place does not matter. half: of the box's sides; of a point, that any distance frames, 1.
+ */
+double spv_camera_framing(const struct spv_camera *camera, const double half[3]);
+
+/*
  * Accepted error as an angle: a length e at distance r is at most
  * e / r focal sec^2(corner) pixels on screen, so eps pixels hold in the whole picture.
  *
