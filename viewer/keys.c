@@ -46,7 +46,7 @@ int spv_key_find(const char *name, size_t length)
         if (same(name, length, KEYS[i].name))
             return KEYS[i].key;
     for (int f = 0; f < 12; f++) {
-        char word[8];
+        char word[16];
         snprintf(word, sizeof word, "f%d", f + 1);
         if (same(name, length, word))
             return SPV_KEY_F1 + f;
