@@ -18,6 +18,8 @@
     X(PFNGLBINDRENDERBUFFERPROC, BindRenderbuffer)              \
     X(PFNGLBINDTEXTUREPROC, BindTexture)                        \
     X(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                \
+    X(PFNGLBLENDFUNCSEPARATEPROC, BlendFuncSeparate)            \
+    X(PFNGLBLITFRAMEBUFFERPROC, BlitFramebuffer)                \
     X(PFNGLBUFFERDATAPROC, BufferData)                          \
     X(PFNGLCHECKFRAMEBUFFERSTATUSPROC, CheckFramebufferStatus)  \
     X(PFNGLCLEARPROC, Clear)                                    \
@@ -56,12 +58,14 @@
     X(PFNGLGETERRORPROC, GetError)                              \
     X(PFNGLGETFLOATVPROC, GetFloatv)                            \
     X(PFNGLGETINTEGERVPROC, GetIntegerv)                        \
+    X(PFNGLGETPROGRAMINFOLOGPROC, GetProgramInfoLog)            \
     X(PFNGLGETPROGRAMIVPROC, GetProgramiv)                      \
     X(PFNGLGETQUERYOBJECTUIVPROC, GetQueryObjectuiv)            \
     X(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog)              \
     X(PFNGLGETSHADERIVPROC, GetShaderiv)                        \
     X(PFNGLGETSTRINGPROC, GetString)                            \
     X(PFNGLGETUNIFORMLOCATIONPROC, GetUniformLocation)          \
+    X(PFNGLISENABLEDPROC, IsEnabled)                            \
     X(PFNGLLINKPROGRAMPROC, LinkProgram)                        \
     X(PFNGLMULTIDRAWARRAYSPROC, MultiDrawArrays)                \
     X(PFNGLPIXELSTOREIPROC, PixelStorei)                        \
@@ -72,9 +76,11 @@
     X(PFNGLTEXBUFFERPROC, TexBuffer)                            \
     X(PFNGLTEXIMAGE2DPROC, TexImage2D)                          \
     X(PFNGLTEXPARAMETERIPROC, TexParameteri)                    \
+    X(PFNGLTEXSUBIMAGE2DPROC, TexSubImage2D)                    \
     X(PFNGLUNIFORM1FPROC, Uniform1f)                            \
     X(PFNGLUNIFORM1IPROC, Uniform1i)                            \
     X(PFNGLUNIFORM2FPROC, Uniform2f)                            \
+    X(PFNGLUNIFORM2IPROC, Uniform2i)                            \
     X(PFNGLUNIFORM3FPROC, Uniform3f)                            \
     X(PFNGLUNIFORM3IPROC, Uniform3i)                            \
     X(PFNGLUNIFORM4FPROC, Uniform4f)                            \
