@@ -83,7 +83,7 @@ deps-check: ; @scripts/install_deps build test $(if $(filter 1,$(MESH)),mesh)
 
 # One program a test file; helpers of tests are tests/*.c without the prefix.
 TEST_HELPERS := $(call obj,$(filter-out tests/test_% %/fuzz_entry.c %/fuzz_corpus.c,$(wildcard tests/*.c tests/fuzz/*.c)))
-tests: $(addprefix $(B)/tests/,$(TESTS)) $(B)/conformance_dump $(addprefix $(B)/tests/,$(FAULTS))
+tests: $(addprefix $(B)/tests/,$(TESTS)) $(B)/conformance_dump $(B)/window_probe $(addprefix $(B)/tests/,$(FAULTS))
 $(B)/libtest.a: $(TEST_HELPERS)
 $(B)/tests/test_%: $(call obj,tests/test_%.c) $(B)/libtest.a $(B)/libspv.a $(B)/libspb.a $(B)/libspc.a
 	@mkdir -p $(@D)
@@ -99,6 +99,10 @@ $(B)/tests/faults_inject.so: tests/faults/inject.c tests/faults/faults.h Makefil
 $(B)/tests/faults_%: $(call obj,tests/faults/faults_%.c tests/faults/faults_run.c)
 	@mkdir -p $(@D)
 	$(LINK)
+
+# A window for tests/cli/window.sh to act on.
+$(B)/window_probe: $(call obj,tests/window/window_probe.c) $(B)/libspv.a $(B)/libspc.a
+	$(LINK) $(LIBS_viewer) $(LIBS_window)
 
 # Programs that measure: a file each in tests/bench/, built only for it. select and count need no GL.
 $(B)/bench-bandwidth: $(call obj,tests/bench/bandwidth.c)
