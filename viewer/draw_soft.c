@@ -19,6 +19,7 @@
 #define BAND_PX ((size_t)1 << 26)
 enum {
     JOB_PX = 1 << 16,               /* what a thread clears or writes out at a time */
+    BATCHES = 3,                    /* of about equal numbers of nodes: more cost more than they hide */
     UNITS_APART = 64,               /* octaves between units that depths still tell */
 };
 
@@ -33,6 +34,7 @@ struct spv_soft {
     size_t words_max;
     struct placed *placed;          /* what is drawn, near first */
     size_t placed_max;
+    struct soft_map map;
     bool wide;
 };
 
@@ -71,6 +73,7 @@ static void release(struct spv_draw *draw)
     free(soft->frames);
     free((void *)soft->words);
     free(soft->placed);
+    free(soft->map.farthest);
     free(soft);
 }
 
@@ -192,7 +195,7 @@ enum fate { NOT_REACHED, HIDDEN, DRAWN };
 
 struct placed {                     /* an item of a part, or a cluster's tops */
     double distance2;               /* of the cluster's box from the eye */
-    uint32_t part, cluster, item;
+    uint32_t part, cluster, item, nodes;
     enum fate fate;                 /* over all tiles */
 };
 
@@ -200,6 +203,7 @@ struct draw {
     struct spv_soft *soft;
     const struct frame_input *in;
     struct placed *placed;
+    const struct soft_map *map;     /* of what is drawn already, or NULL */
 };
 
 /* Decodes into the worker's own buffer; NULL: it failed. */
@@ -217,26 +221,6 @@ static const uint8_t *decode(const struct soft_frame *f, struct worker *w, const
         w->payload_max = b->raw_bytes;
     }
     return spc_block_decode(f->reader, block, true, w->payload, &w->err) == SPC_OK ? w->payload : NULL;
-}
-
-/* May something in the box be seen in the tile? Only asked where the tile is not the picture. */
-static bool reaches_tile(const struct soft_frame *f, const struct spc_cluster *c, const double eye[3])
-{
-    const double pad = 0.4143 * (double)c->radius_max;      /* of a cylinder out of its ball */
-    const double edges[4] = {-1, f->tile.width + 1, -1, f->tile.height + 1};        /* px */
-    for (int p = 0; p < 4; p++) {
-        double far = 0, scale = 0;
-        for (int a = 0; a < 3; a++) {
-            const double slope = (edges[p] - f->center[p / 2]) / f->focal;
-            const double n = (p % 2 ? -1 : 1) * (f->axes[p / 2][a] - slope * f->axes[2][a]);
-            const double at = (n > 0 ? (double)c->box[a + 3] + pad : (double)c->box[a] - pad) - eye[a];
-            far += n * at;
-            scale += fabs(n * at);
-        }
-        if (far < -1e-6 * scale)
-            return false;
-    }
-    return true;
 }
 
 static bool draw_decoded(const struct soft_block *b, struct soft_scratch *s, struct spc_error *err)
@@ -295,16 +279,18 @@ static bool draw_placed(void *ctx, unsigned worker, size_t i)
     const struct draw *d = ctx;
     struct placed *at = &d->placed[i];
     const struct soft_frame *f = &d->soft->frames[at->part];
-    const struct spv_camera *c = &f->view->camera;
     struct soft_scratch *s = d->soft->scratch[worker];
     struct worker *w = &d->soft->workers[worker];
     struct soft_block b = {.frame = f};
     const struct soft_counts before = s->counts;
     bool drawn = true;
     spc_reader_cluster(f->reader, at->cluster, &b.c);
-    spv_eye_of_cluster(f->reader, &b.c, c, b.eye);
+    spv_eye_of_cluster(f->reader, &b.c, &f->view->camera, b.eye);
     spv_eye_of_cluster(f->reader, &b.c, &f->tested->camera, b.tested_eye);
-    if ((f->tile.width < c->width || f->tile.height < c->height) && !reaches_tile(f, &b.c, b.eye))
+    const enum soft_sight sight = spv_soft_sight(f, d->map, &b.c, b.eye);
+    if (sight == SOFT_HIDDEN && at->fate == NOT_REACHED)
+        at->fate = HIDDEN;
+    if (sight != SOFT_SEEN)
         return true;
     if (at->item != TOPS)
         drawn = draw_item(&b, &d->in->parts[at->part].items[at->item], w, s);
@@ -317,23 +303,77 @@ static bool draw_placed(void *ctx, unsigned worker, size_t i)
     return drawn;
 }
 
-static enum spc_status draw_items(struct spv_soft *soft, const struct frame_input *in, size_t count,
-                                  struct spc_error *err)
+/* Draws those from first to end. */
+static enum spc_status draw_batch(struct draw *d, size_t first, size_t end, struct spc_error *err)
 {
-    struct draw d = {.soft = soft, .in = in, .placed = soft->placed};
-    const struct worker *first = NULL;
+    struct spv_soft *soft = d->soft;
+    const struct worker *failed = NULL;
     const unsigned n = spv_threads_count(soft->threads);
     for (unsigned t = 0; t < n; t++)
         soft->workers[t].err = (struct spc_error){0};
-    spv_threads_run(soft->threads, count, draw_placed, &d);
+    d->placed = soft->placed + first;
+    spv_threads_run(soft->threads, end - first, draw_placed, d);
     for (unsigned t = 0; t < n; t++) {
         const struct worker *w = &soft->workers[t];
-        if (w->err.status != SPC_OK && (first == NULL || w->failed < first->failed))
-            first = w;
+        if (w->err.status != SPC_OK && (failed == NULL || w->failed < failed->failed))
+            failed = w;
     }
-    if (first != NULL && err != NULL)
-        *err = first->err;
-    return first != NULL ? first->err.status : SPC_OK;
+    if (failed != NULL && err != NULL)
+        *err = failed->err;
+    return failed != NULL ? failed->err.status : SPC_OK;
+}
+
+/* Near ones first, in batches of whole clusters; each is looked at against what those before have drawn. */
+static enum spc_status draw_items(struct spv_soft *soft, const struct frame_input *in, size_t count,
+                                  struct spc_error *err)
+{
+    struct draw d = {.soft = soft, .in = in};
+    enum spc_status status = SPC_OK;
+    uint64_t nodes = 0, seen = 0;
+    for (size_t i = 0; i < count; i++)
+        nodes += soft->placed[i].nodes;
+    for (size_t i = 0, end, batch = 1; i < count && status == SPC_OK; i = end, batch++) {
+        for (end = i; end < count && (BATCHES * seen < batch * nodes || in->options->no_occlusion ||
+                                      soft->placed[end].cluster == soft->placed[end - 1].cluster); end++)
+            seen += soft->placed[end].nodes;
+        if (batch > 1) {
+            if (!spv_soft_map(soft->threads, soft->frames, &soft->map))
+                return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to see what is hidden");
+            d.map = &soft->map;
+        }
+        status = draw_batch(&d, i, end, err);
+    }
+    return status;
+}
+
+/* What the clusters that are asked about are in the finished tile, into hidden as bits. */
+static enum spc_status probe(struct spv_soft *soft, const struct frame_input *in, struct spc_error *err)
+{
+    bool mapped = false;
+    for (uint32_t p = 0; p < in->part_count; p++) {
+        struct spv_part *part = &in->parts[p];
+        for (uint32_t i = 0; i < part->probe_count; i++) {
+            struct spc_cluster c;
+            double eye[3];
+            if (!mapped && !spv_soft_map(soft->threads, soft->frames, &soft->map))
+                return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to see what is hidden");
+            mapped = true;
+            spc_reader_cluster(part->reader, part->probes[i], &c);
+            spv_eye_of_cluster(part->reader, &c, &in->view->camera, eye);
+            part->hidden[i] |= (uint8_t)(1u << spv_soft_sight(&soft->frames[p], &soft->map, &c, eye));
+        }
+    }
+    return SPC_OK;
+}
+
+/* From what it was in each tile, as bits: hidden in some, seen in none. */
+static void judge_probes(const struct frame_input *in, bool whole)
+{
+    for (uint32_t p = 0; p < in->part_count; p++)
+        for (uint32_t i = 0; i < in->parts[p].probe_count; i++) {
+            uint8_t *hidden = &in->parts[p].hidden[i];
+            *hidden = whole && (*hidden & 1 << SOFT_HIDDEN) && !(*hidden & 1 << SOFT_SEEN);
+        }
 }
 
 /* ---- frame ------------------------------------------------------------------------------------- */
@@ -398,7 +438,8 @@ static enum spc_status near_first(struct spv_soft *soft, const struct frame_inpu
             struct spc_block b = {.cluster = i < part->item_count ? 0 : part->tops[i - part->item_count]};
             if (i < part->item_count)
                 spc_reader_block(part->reader, part->items[i].block, &b);
-            *at = (struct placed){.part = p, .cluster = b.cluster, .item = i < part->item_count ? i : TOPS};
+            *at = (struct placed){.part = p, .cluster = b.cluster, .item = i < part->item_count ? i : TOPS,
+                                  .nodes = b.node_count};
             at->distance2 = distance2(part->reader, in->view, b.cluster, unit);
         }
     }
@@ -408,7 +449,23 @@ static enum spc_status near_first(struct spv_soft *soft, const struct frame_inpu
     return status;
 }
 
-static void add_up(const struct spv_soft *soft, struct spv_drawn *drawn)
+/* Clusters of which nothing was drawn in any tile. */
+static uint32_t count_hidden(const struct placed *placed, size_t count)
+{
+    uint32_t hidden = 0;
+    for (size_t i = 0, end; i < count; i = end) {
+        bool some = false, drawn = false;
+        for (end = i; end < count && placed[end].part == placed[i].part && placed[end].cluster == placed[i].cluster;
+             end++) {
+            some |= placed[end].fate == HIDDEN;
+            drawn |= placed[end].fate == DRAWN;
+        }
+        hidden += some && !drawn;
+    }
+    return hidden;
+}
+
+static void add_up(const struct spv_soft *soft, size_t count, struct spv_drawn *drawn)
 {
     for (unsigned t = 0; t < spv_threads_count(soft->threads); t++) {
         struct soft_counts *c = &soft->scratch[t]->counts;
@@ -417,6 +474,7 @@ static void add_up(const struct spv_soft *soft, struct spv_drawn *drawn)
         drawn->nodes_processed += c->tested;
         *c = (struct soft_counts){0};
     }
+    drawn->clusters_hidden = count_hidden(soft->placed, count);
 }
 
 static enum spc_status draw_parts(struct spv_draw *draw, const struct frame_input *in, uint8_t *rgba,
@@ -436,9 +494,12 @@ static enum spc_status draw_parts(struct spv_draw *draw, const struct frame_inpu
             if (status == SPC_OK)
                 status = draw_items(soft, in, count, err);
             if (status == SPC_OK)
+                status = probe(soft, in, err);
+            if (status == SPC_OK)
                 end(soft, rgba);
         }
-    add_up(soft, drawn);
+    judge_probes(in, status == SPC_OK);
+    add_up(soft, count, drawn);
     return status;
 }
 

@@ -106,6 +106,25 @@ void spv_soft_triangles(const struct soft_block *block, struct soft_scratch *s, 
 /* Projects a leaf block's vertices. fails (false): no memory */
 bool spv_soft_project(const struct soft_block *block, struct soft_scratch *s);
 
+/* ---- what is hidden ---------------------------------------------------------------------------- */
+
+struct spv_threads;
+
+struct soft_map {                   /* of each square of pixels the farthest, as bits of w; 0: some are empty */
+    uint32_t *farthest;             /* [height][width] */
+    int width, height;              /* squares */
+    size_t max;
+};
+
+/* Of what is drawn in the frame's tile. map: zeroed, or of an earlier frame. fails (false): no memory */
+bool spv_soft_map(struct spv_threads *threads, const struct soft_frame *frame, struct soft_map *map);
+
+enum soft_sight { SOFT_OUTSIDE, SOFT_SEEN, SOFT_HIDDEN };
+
+/* A cluster's nodes, in the tile, behind what map says. map may be NULL. eye: of spv_eye_of_cluster */
+enum soft_sight spv_soft_sight(const struct soft_frame *frame, const struct soft_map *map,
+                               const struct spc_cluster *cluster, const double eye[3]);
+
 /* ---- values ------------------------------------------------------------------------------------ */
 
 SPV_INLINE uint32_t soft_bits(float v)

@@ -287,6 +287,8 @@ static void draw_any(struct triangle *t, double v[3][3])
     det *= sign;
     if (!(det > 0))
         return;
+    const double near = fmin(v[0][2], fmin(v[1][2], v[2][2]));      /* a margin is no nearer than its triangle */
+    const float w_max = near > 2 * (double)SOFT_NEAR ? (float)(1 / near) : 0.5f / SOFT_NEAR;
     for (int k = 0; k < 3; k++) {
         for (int a = 0; a < 3; a++)
             e[k][a] *= sign;
@@ -307,7 +309,7 @@ static void draw_any(struct triangle *t, double v[3][3])
                 blend(t->color, soft_max((float)b0 * scale, 0), soft_max((float)b1 * scale, 0),
                       soft_max((float)b2 * scale, 0), light);
             soft_put(f, (size_t)y * (size_t)f->tile.width + (size_t)x,
-                     soft_word(soft_bits(f->unit * soft_min((float)(sum / det), 0.5f / SOFT_NEAR)), color));
+                     soft_word(soft_bits(f->unit * soft_min((float)(sum / det), w_max)), color));
         }
 }
 
