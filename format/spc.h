@@ -12,9 +12,10 @@
  *   rescue  spc_remains_open, spc_chunk_find: what is whole of a damaged archive.
  *   write   spc_writer: blocks in file order, the head last, the target name only when all is safe.
  *
- * Caveats. Pointers that a reader returns are borrowed and die at spc_reader_close. Header
- * and directory are copied at open; chunks stay in the file, and when another process cuts it short
- * decoding one of them raises SIGBUS: replace archives by rename, never in place. A reader may be used by several threads at once; a writer by one.
+ * Caveats. Pointers that a reader returns are borrowed and die at spc_reader_close. Header and
+ * directory are copied at open; chunks stay in the file, and when another process cuts it short
+ * decoding one of them raises SIGBUS: replace archives by rename, never in place. A reader may be
+ * used by several threads at once; a writer by one.
  *
  * Units: unless said otherwise a length is in the archive's unit, 2^unit_exp file units, and a
  * position is absolute, in file units (double).

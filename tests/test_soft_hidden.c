@@ -337,6 +337,6 @@ END_TEST
 int main(void)
 {
     return SUITE("soft hidden", start, finish, what_is_left_out_no_pixel_shows,
-                 clusters_said_to_be_hidden_change_nothing, what_sticks_out_of_a_wall_is_seen, what_is_outside_is_not_hidden,
-                 any_threads_hide_the_same);
+                 clusters_said_to_be_hidden_change_nothing, what_sticks_out_of_a_wall_is_seen,
+                 what_is_outside_is_not_hidden, any_threads_hide_the_same);
 }

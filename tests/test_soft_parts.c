@@ -372,11 +372,11 @@ static bool is_of(uint32_t color, enum spv_paint paint, const struct spc_reader 
 {
     const struct spc_header *h = spc_reader_header(reader);
     if (paint == SPV_PAINT_KINDS)
-        return color == spv_paint_block(paint, 0, 0, false) || color == spv_paint_block(paint, 0, 0, true);
+        return color == spv_paint_color(paint, 0, 0, 0, false) || color == spv_paint_color(paint, 0, 0, 0, true);
     const uint32_t n = paint == SPV_PAINT_CLUSTERS ? h->cluster_count
                        : paint == SPV_PAINT_NORMALS ? h->normal_clusters : 64;
     for (uint32_t k = 0; k < n; k++)
-        if (color == spv_paint_hue(k))
+        if (color == spv_paint_color(SPV_PAINT_CLUSTERS, k, 0, 0, false))
             return true;
     return false;
 }
@@ -415,7 +415,7 @@ START_TEST(paint_says_what_a_pixel_is_of)
                 if (!is_of(color, paint, reader))
                     ck_abort_msg("frame %d, pixel %zu: %08x is no paint", i, k, color);
                 if (one && paint <= SPV_PAINT_LEVELS)
-                    ck_assert_uint_eq(color, spv_paint_hue(paint == SPV_PAINT_LEVELS ? c.level : b.cluster));
+                    ck_assert_uint_eq(color, spv_paint_color(paint, b.cluster, c.level, 0, false));
                 two |= first != 0 && color != first;
                 first = color;
             }
@@ -460,8 +460,8 @@ START_TEST(normal_clusters_are_painted_by_their_number)
         if (ref.triangle[k] == UINT32_MAX || !p.cover[k])
             continue;
         all++;
-        same += spv_paint_hue(axes[ref.triangle[k]]) == (c[0] | (uint32_t)c[1] << 8 | (uint32_t)c[2] << 16 |
-                                                         (uint32_t)c[3] << 24);
+        const uint32_t painted = c[0] | (uint32_t)c[1] << 8 | (uint32_t)c[2] << 16 | (uint32_t)c[3] << 24;
+        same += spv_paint_color(SPV_PAINT_NORMALS, 0, 0, axes[ref.triangle[k]], false) == painted;
     }
     ck_assert_msg(all > 1000 && same > all * 98 / 100, "%zu of %zu pixels are of their normal cluster", same, all);
     free(axes);

@@ -44,6 +44,11 @@ enum spc_status spv_draw_selection(struct spv_draw *draw, const struct spc_reade
     return status;
 }
 
+bool spv_draw_depth(struct spv_draw *draw, int x, int y, double *depth)
+{
+    return draw->ops->depth(draw, x, y, depth);
+}
+
 void spv_draw_store(struct spv_draw *draw, struct spv_store *out)
 {
     *out = (struct spv_store){draw, draw->ops->keep, draw->ops->drop};

@@ -30,6 +30,7 @@ enum spv_paint {                    /* what colours say */
 struct spv_draw_options {
     enum spv_splat splat;
     enum spv_paint paint;
+    uint8_t background[4];          /* rgba where nothing is drawn */
     float ambient;                  /* share of light from everywhere, 0..1 */
     int tile;                       /* largest side drawn at once, px; 0: the default */
     bool no_occlusion;              /* draw what is hidden, too; the picture is the same */
@@ -66,7 +67,7 @@ const char *spv_draw_name(const struct spv_draw *draw);         /* for people; b
  *
  * in     view     camera, eps and mode
  *        tested   whose eye and eps decide what is drawn, NULL: view. Another one freezes what is drawn
- * out    rgba[height][width][4], row 0 the top one; not covered: 0, 0, 0, 0; covered: alpha 255.
+ * out    rgba[height][width][4], row 0 the top one; not covered: the background; covered: alpha 255.
  *                 NULL (GL only): the picture is not read back; spv_gl_present puts it into a window
  *        drawn    may be NULL
  * fails  SPC_CHECKSUM, SPC_CORRUPT (of items that are not kept), SPC_NO_MEMORY, SPC_FEATURE (the picture is too large)
@@ -74,6 +75,12 @@ const char *spv_draw_name(const struct spv_draw *draw);         /* for people; b
 enum spc_status spv_draw_frame(struct spv_draw *draw, const struct spv_view *view, const struct spv_view *tested,
                                struct spv_part *parts, uint32_t part_count, const struct spv_draw_options *options,
                                uint8_t *rgba, struct spv_drawn *drawn, struct spc_error *err);
+
+/*
+ * How far what the last frame shows at a pixel is from the eye along the camera's forward, file units, to
+ * float precision. False: nothing is there, or the frame was drawn in several tiles.
+ */
+bool spv_draw_depth(struct spv_draw *draw, int x, int y, double *depth);
 
 /* The blocks of a selection for the same reader and view, decoded as they are drawn. As spv_draw_frame. */
 enum spc_status spv_draw_selection(struct spv_draw *draw, const struct spc_reader *reader,

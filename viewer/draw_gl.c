@@ -234,6 +234,7 @@ static void place_near(struct spv_gl *gl, const struct frame_input *in)
         far = exponent > far ? exponent : far;
     }
     near = near > far - 118 ? near : far - 118;
+    gl->near_exp = near;
     for (uint32_t k = 0; k < in->part_count; k++)
         gl->parts[k].near = ldexpf(1, near - gl->parts[k].header->unit_exp);
 }
@@ -337,6 +338,7 @@ static enum spc_status draw_tiles(struct gl_frame *f, int side, uint8_t *rgba, s
                                   struct spc_error *err)
 {
     const struct spv_camera *c = &f->in->view->camera;
+    f->gl->one_tile = c->width <= side && c->height <= side;
     for (f->y0 = 0; f->y0 < c->height; f->y0 += side)
         for (f->x0 = 0; f->x0 < c->width; f->x0 += side) {
             f->width = c->width - f->x0 < side ? c->width - f->x0 : side;
@@ -386,7 +388,19 @@ bool spv_gl_is_software(const struct spv_draw *draw)
            strstr(draw->name, "swrast") != NULL || strstr(draw->name, "SWR") != NULL;
 }
 
-static const struct draw_ops OPS = {release, draw_parts, spv_gl_keep, spv_gl_drop};
+static bool depth_at(struct spv_draw *draw, int x, int y, double *depth)
+{
+    const struct spv_gl *gl = spv_gl_of(draw);
+    if (!gl->one_tile || x < 0 || y < 0 || x >= gl->picture_width || y >= gl->picture_height)
+        return false;
+    const float v = spv_gl_read_depth(gl, x, y);
+    if (!(v > 0))
+        return false;
+    *depth = ldexp(1 / (double)v, gl->near_exp);
+    return true;
+}
+
+static const struct draw_ops OPS = {release, draw_parts, depth_at, spv_gl_keep, spv_gl_drop};
 
 static enum spc_status make_programs(struct spv_gl *gl, struct spc_error *err)
 {

@@ -72,6 +72,8 @@ struct spv_gl {
     int side_max;                   /* px, of the framebuffer */
     int allocated_width, allocated_height, target_width, target_height;     /* px, guard included */
     int picture_width, picture_height;      /* of the last tile */
+    bool one_tile;                  /* which is the whole frame */
+    int near_exp;                   /* of depths: 2^near_exp file units over the distance */
     size_t texels_max;              /* of a buffer that a shader reads */
     float point_limit;              /* px */
     GLenum query;                   /* cheapest kind that never says hidden of what is seen */
@@ -114,6 +116,8 @@ void spv_gl_use_part(struct gl_frame *f, uint32_t part);
 
 /* Clears a target for a picture of so many pixels. fails SPC_FEATURE */
 enum spc_status spv_gl_target(struct spv_gl *gl, int width, int height, struct spc_error *err);
+/* Depth of a pixel of the last tile; 0: nothing is there. */
+float spv_gl_read_depth(const struct spv_gl *gl, int x, int y);
 enum spc_status spv_gl_read(const struct gl_frame *f, uint8_t *rgba, struct spc_error *err);
 
 /* ---- gl_store.c -------------------------------------------------------------------------------- */

@@ -15,6 +15,7 @@ struct draw_ops {
     void (*free)(struct spv_draw *draw);
     enum spc_status (*frame)(struct spv_draw *draw, const struct frame_input *in, uint8_t *rgba,
                              struct spv_drawn *drawn, struct spc_error *err);
+    bool (*depth)(struct spv_draw *draw, int x, int y, double *depth);      /* x, y in the picture */
     void *(*keep)(struct spv_draw *draw, const struct spc_reader *reader, uint32_t block, uint8_t *payload);
     void (*drop)(struct spv_draw *draw, void *kept);
 };

@@ -30,6 +30,7 @@ struct spv_soft {
     struct worker *workers;
     struct soft_frame *frames;      /* one a part: the same but for reader, eye and unit; the last is of no part */
     uint32_t frames_max;            /* parts */
+    int unit_exp;                   /* of depths */
     _Atomic uint64_t *words;
     size_t words_max;
     struct placed *placed;          /* what is drawn, near first */
@@ -134,7 +135,7 @@ static void share_unit(struct spv_soft *soft, uint32_t parts)
         low = unit < low ? unit : low;
         high = unit > high ? unit : high;
     }
-    const int common = parts == 0 || high - low < UNITS_APART ? high : low + UNITS_APART;
+    const int common = soft->unit_exp = parts == 0 || high - low < UNITS_APART ? high : low + UNITS_APART;
     for (uint32_t p = 0; p < parts; p++) {
         const int apart = common - soft->frames[p].header->unit_exp;
         soft->frames[p].unit = ldexpf(1, apart < -UNITS_APART ? -UNITS_APART : apart);
@@ -165,6 +166,7 @@ static enum spc_status begin(struct spv_soft *soft, const struct frame_input *in
 struct resolve {
     const struct soft_frame *frame;
     uint8_t *rgba;
+    uint32_t background;
 };
 
 static bool resolve_row(void *ctx, unsigned worker, size_t y)
@@ -176,14 +178,16 @@ static bool resolve_row(void *ctx, unsigned worker, size_t y)
     uint8_t *to = r->rgba + 4 * (((size_t)f->tile.y0 + y) * (size_t)f->view->camera.width +
                                  (size_t)f->tile.x0);
     (void)worker;
-    for (size_t x = 0; x < width; x++)
-        store_u32(to + 4 * x, (uint32_t)atomic_load_explicit(&from[x], memory_order_relaxed));
+    for (size_t x = 0; x < width; x++) {
+        const uint64_t word = atomic_load_explicit(&from[x], memory_order_relaxed);
+        store_u32(to + 4 * x, word != 0 ? (uint32_t)word : r->background);
+    }
     return true;
 }
 
-static void end(struct spv_soft *soft, uint8_t *rgba)
+static void end(struct spv_soft *soft, const struct spv_draw_options *options, uint8_t *rgba)
 {
-    struct resolve r = {.frame = &soft->frames[0], .rgba = rgba};
+    struct resolve r = {.frame = &soft->frames[0], .rgba = rgba, .background = load_u32(options->background)};
     spv_threads_run(soft->threads, (size_t)r.frame->tile.height, resolve_row, &r);
 }
 
@@ -496,11 +500,26 @@ static enum spc_status draw_parts(struct spv_draw *draw, const struct frame_inpu
             if (status == SPC_OK)
                 status = probe(soft, in, err);
             if (status == SPC_OK)
-                end(soft, rgba);
+                end(soft, in->options, rgba);
         }
     judge_probes(in, status == SPC_OK);
     add_up(soft, count, drawn);
     return status;
+}
+
+static bool depth_at(struct spv_draw *draw, int x, int y, double *depth)
+{
+    const struct spv_soft *soft = soft_of(draw);
+    const struct soft_frame *f = soft->frames;
+    if (f == NULL || soft->words == NULL || f->tile.x0 != 0 || f->tile.y0 != 0 || x < 0 || y < 0 ||
+        x >= f->tile.width || y >= f->tile.height)
+        return false;
+    const uint64_t word = atomic_load_explicit(&soft->words[(size_t)y * (size_t)f->tile.width + (size_t)x],
+                                               memory_order_relaxed);
+    if (word == 0)
+        return false;
+    *depth = ldexp(1 / (double)soft_float((uint32_t)(word >> 32)), soft->unit_exp);
+    return true;
 }
 
 /* ---- life -------------------------------------------------------------------------------------- */
@@ -519,7 +538,7 @@ static void drop(struct spv_draw *draw, void *kept)
     free(kept);
 }
 
-static const struct draw_ops OPS = {release, draw_parts, keep, drop};
+static const struct draw_ops OPS = {release, draw_parts, depth_at, keep, drop};
 
 enum spc_status spv_soft_create(unsigned threads, struct spv_draw **out, struct spc_error *err)
 {

@@ -90,9 +90,21 @@ enum spc_status spv_gl_read(const struct gl_frame *f, uint8_t *rgba, struct spc_
     for (int y = 0; y < f->height; y++) {
         const size_t to = ((size_t)(f->y0 + y) * (size_t)f->in->view->camera.width + (size_t)f->x0) * 4;
         memcpy(rgba + to, tile + row * (size_t)(f->height - 1 - y), row);
+        for (size_t x = 3; x < row; x += 4)
+            if (rgba[to + x] == 0)
+                memcpy(rgba + to + x - 3, f->in->options->background, 4);
     }
     free(tile);
     return SPC_OK;
+}
+
+float spv_gl_read_depth(const struct spv_gl *gl, int x, int y)
+{
+    const struct spv_gl_api *f = &gl->api;
+    float depth = 0;
+    f->BindFramebuffer(GL_FRAMEBUFFER, gl->frame);
+    f->ReadPixels(GUARD + x, GUARD + gl->picture_height - 1 - y, 1, 1, GL_DEPTH_COMPONENT, GL_FLOAT, &depth);
+    return depth;
 }
 
 void spv_gl_present(struct spv_draw *draw, const uint8_t background[3], int width, int height)

@@ -4,7 +4,10 @@
 #include <string.h>
 #include <uv.h>
 
-enum { RETRY_AFTER = 30 };          /* frames until a block that could not be read is asked for again */
+enum {
+    RETRY_AFTER = 30,               /* frames until a block that could not be read is asked for again */
+    QUEUE_BYTES = 16 << 20,         /* decoded, that threads have to do while a frame is drawn: some 50 ms each */
+};
 
 enum state { ABSENT, UNDER_WAY, RESIDENT };
 
@@ -40,6 +43,7 @@ struct spv_resident {
     uint32_t entry_count;
     uint32_t frame;                 /* number, from 1 */
     unsigned under_way;             /* reads */
+    uint64_t under_way_bytes;       /* decoded */
     struct job *done, **done_end;   /* read, not yet given to the store */
     uint64_t bytes;                 /* of payloads, those under way included */
     uint32_t *here;                 /* [here_count] resident blocks, in no order */
@@ -109,6 +113,7 @@ static void read_done(uv_work_t *request, int cancelled)
     struct spv_resident *r = job->resident;
     (void)cancelled;                /* nothing is */
     r->under_way--;
+    r->under_way_bytes -= raw_bytes(r, job->block);
     *r->done_end = job;
     r->done_end = &job->next;
 }
@@ -167,6 +172,7 @@ static bool start(struct spv_resident *r, uint32_t block)
             e->state = UNDER_WAY;
             r->bytes += bytes;
             r->under_way++;
+            r->under_way_bytes += bytes;
             return true;
         }
     }
@@ -220,10 +226,10 @@ static bool may_start(const struct spv_resident *r, const struct entry *e)
     return e->state == ABSENT && (e->failed == 0 || r->frame - e->failed >= RETRY_AFTER);
 }
 
-/* Two a thread keep all busy; more would read what the next frame no longer wants. */
+/* Enough to keep all threads busy for a frame; more would read what the next one no longer wants. */
 static bool has_idle(const struct spv_resident *r)
 {
-    return r->under_way < 2 * r->options.threads;
+    return r->under_way < 2 * r->options.threads || r->under_way_bytes < QUEUE_BYTES;
 }
 
 /* False when there is no room for more. */
@@ -354,6 +360,14 @@ void spv_resident_prefetch(struct spv_resident *r, const struct spv_selection *s
     for (uint32_t i = 0; i < selection->block_count && r->under_way < r->options.threads; i++)
         if (!ask_for(r, &selection->blocks[i], false))
             break;
+}
+
+uint32_t spv_resident_hidden(const struct spv_resident *r)
+{
+    uint32_t hidden = 0;
+    for (uint32_t i = 0; i < r->missed_count; i++)
+        hidden += r->hidden[r->missed[i].probe];
+    return hidden;
 }
 
 unsigned spv_resident_busy(const struct spv_resident *r)

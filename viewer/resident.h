@@ -59,6 +59,9 @@ void spv_resident_ask(struct spv_resident *resident);
 /* Asks for blocks that will be wanted soon, after those that are wanted now; fills idle threads only. */
 void spv_resident_prefetch(struct spv_resident *resident, const struct spv_selection *selection);
 
+/* Blocks that the last frame missed and that are not asked for, because they could not be seen. */
+uint32_t spv_resident_hidden(const struct spv_resident *resident);
+
 /* Reads under way. */
 unsigned spv_resident_busy(const struct spv_resident *resident);
 

@@ -158,7 +158,7 @@ static void paint_groups(const struct soft_block *b, struct soft_scratch *s, uin
     for (uint32_t i = 0; i < count; i++) {
         while (s->index[i] >= end)
             end += load_u16(groups + 4 * (size_t)++group);
-        s->base[i] = spv_paint_hue(group);
+        s->base[i] = spv_paint_color(SPV_PAINT_NORMALS, 0, 0, group, false);
     }
 }
 
@@ -176,7 +176,7 @@ void spv_soft_colors(const struct soft_block *b, struct soft_scratch *s, uint32_
         return;
     }
     const uint32_t color = paint == SPV_PAINT_SCAN ? 0xFFFFFFFFu
-                                                   : spv_paint_block(paint, b->b.cluster, b->c.level, triangles);
+                                                   : spv_paint_color(paint, b->b.cluster, b->c.level, 0, triangles);
     for (uint32_t i = 0; i < count; i++)
         s->base[i] = color;
 }

@@ -71,10 +71,15 @@ static bool init(struct spv_threads *crew)
     return false;
 }
 
+unsigned spv_threads_cores(void)
+{
+    return uv_available_parallelism();
+}
+
 struct spv_threads *spv_threads_create(unsigned count)
 {
     if (count == 0)
-        count = uv_available_parallelism();
+        count = spv_threads_cores();
     if (count > SPV_THREADS_MAX)
         count = SPV_THREADS_MAX;
     struct spv_threads *crew = calloc(1, sizeof *crew + count * sizeof *crew->workers);

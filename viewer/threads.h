@@ -14,6 +14,9 @@ struct spv_threads;
 
 enum { SPV_THREADS_MAX = 1024 };
 
+/* Cores that this process may use. */
+unsigned spv_threads_cores(void);
+
 /* As many of count threads as the system gives, the caller's included; 0: one a core. NULL: no memory. */
 struct spv_threads *spv_threads_create(unsigned count);
 void spv_threads_free(struct spv_threads *threads);
