@@ -18,7 +18,7 @@
 
 #include <stdatomic.h>
 
-enum { SOFT_CHUNK = 256, LANES = 8 };
+enum { SOFT_CHUNK = 256, SOFT_PAIRS = 1024, LANES = 8 };
 #define SOFT_NEAR 0x1p-40f          /* units: nearer than that nothing is drawn */
 static const float SOFT_MARGIN_PX = 1.0f / 64;      /* by which what is drawn is widened (I5) */
 
@@ -72,6 +72,15 @@ struct soft_counts {
     uint64_t tested;                /* nodes, once each */
 };
 
+/* Small splats have few pixels each: they are tested together, whichever splat they are of. */
+struct soft_pairs {
+    uint32_t count;
+    uint32_t node[SOFT_PAIRS];      /* in the chunk */
+    int x[SOFT_PAIRS], y[SOFT_PAIRS];
+    uint32_t w[SOFT_PAIRS];         /* bits */
+    uint32_t hit[SOFT_PAIRS];
+};
+
 struct soft_scratch {               /* one a thread */
     struct soft_counts counts;
     struct soft_vertex *vertices;
@@ -84,7 +93,10 @@ struct soft_scratch {               /* one a thread */
     float radius[SOFT_CHUNK], height[SOFT_CHUNK], w_max[SOFT_CHUNK];
     int x0[SOFT_CHUNK], x1[SOFT_CHUNK], y0[SOFT_CHUNK], y1[SOFT_CHUNK];     /* px, inclusive */
     uint32_t color[SOFT_CHUNK];
-    uint8_t flat[SOFT_CHUNK];
+    int flat[SOFT_CHUNK];           /* one light for all of it */
+    int small[SOFT_CHUNK];          /* 1: few pixels, of one light; 0: more; -1: none */
+    uint32_t list[SOFT_CHUNK];      /* of nodes of one kind */
+    struct soft_pairs pairs;
 };
 
 /*
@@ -160,9 +172,9 @@ SPV_INLINE float soft_abs(float v)
 /* First and last pixel whose centre lies at or behind v, at or before v; from 0, and to size - 1. */
 SPV_INLINE int soft_first(float v, int size)
 {
-    const float at = soft_min(soft_max(v - 0.5f, -1), (float)size);
-    const int i = (int)at, up = i + ((float)i < at);
-    return up > 0 ? up : 0;
+    const float at = soft_min(soft_max(v - 0.5f, 0), (float)size);
+    const int i = (int)at;
+    return i + ((float)i < at);
 }
 
 SPV_INLINE int soft_last(float v, int size)
