@@ -280,6 +280,34 @@ START_TEST(what_sticks_out_of_a_wall_is_seen)
 }
 END_TEST
 
+/* A picture of nothing but tops, as the first one is. */
+START_TEST(tops_alone_are_a_picture)
+{
+    struct spc_reader *reader = flat(4, 0.3, 0.2, 0);
+    const uint32_t clusters = spc_reader_header(reader)->cluster_count;
+    const struct picture_view v = {.eye = {0.1, 0.2, 5}, .target = {0, 0, 0}, .up = {0, 1, 0}, .fov_rad = 1,
+                                   .width = 160, .height = 120, .eps_px = 1, .mode = SPV_HYBRID};
+    const struct spv_view view = picture_view(&v);
+    struct spv_draw_options options = {.ambient = 0.2f};
+    uint32_t *tops = malloc(clusters * sizeof *tops);
+    for (uint32_t k = 0; k < clusters; k++)
+        tops[k] = k;
+    struct spv_part part = {.reader = reader, .tops = tops, .top_count = clusters};
+    uint8_t *first = frame(&view, &part, 1, &options, NULL);
+    options.no_occlusion = true;
+    uint8_t *again = frame(&view, &part, 1, &options, NULL);
+    expect_same(&view, first, again, 42, 0);
+    size_t covered = 0;
+    for (size_t i = 3; i < (size_t)4 * 160 * 120; i += 4)
+        covered += first[i] != 0;
+    ck_assert_uint_gt(covered, 1000);
+    free(first);
+    free(again);
+    free(tops);
+    spc_reader_close(reader);
+}
+END_TEST
+
 /* What is not in the picture is not hidden by it, nor is anything by an empty one. */
 START_TEST(what_is_outside_is_not_hidden)
 {
@@ -338,5 +366,5 @@ int main(void)
 {
     return SUITE("soft hidden", start, finish, what_is_left_out_no_pixel_shows,
                  clusters_said_to_be_hidden_change_nothing, what_sticks_out_of_a_wall_is_seen,
-                 what_is_outside_is_not_hidden, any_threads_hide_the_same);
+                 what_is_outside_is_not_hidden, tops_alone_are_a_picture, any_threads_hide_the_same);
 }

@@ -337,7 +337,7 @@ static enum spc_status draw_items(struct spv_soft *soft, const struct frame_inpu
     for (size_t i = 0; i < count; i++)
         nodes += soft->placed[i].nodes;
     for (size_t i = 0, end, batch = 1; i < count && status == SPC_OK; i = end, batch++) {
-        for (end = i; end < count && (BATCHES * seen < batch * nodes || in->options->no_occlusion ||
+        for (end = i; end < count && (end == i || BATCHES * seen < batch * nodes || in->options->no_occlusion ||
                                       soft->placed[end].cluster == soft->placed[end - 1].cluster); end++)
             seen += soft->placed[end].nodes;
         if (batch > 1) {
@@ -443,7 +443,7 @@ static enum spc_status near_first(struct spv_soft *soft, const struct frame_inpu
             if (i < part->item_count)
                 spc_reader_block(part->reader, part->items[i].block, &b);
             *at = (struct placed){.part = p, .cluster = b.cluster, .item = i < part->item_count ? i : TOPS,
-                                  .nodes = b.node_count};
+                                  .nodes = i < part->item_count ? b.node_count : SPC_TOPS_MAX};
             at->distance2 = distance2(part->reader, in->view, b.cluster, unit);
         }
     }
