@@ -3,7 +3,6 @@
  */
 #include "draw_gl_int.h"
 
-#include "ctx.h"
 #include "glsl.h"
 
 #include <math.h>
@@ -13,33 +12,6 @@
 enum { TILE_DEFAULT = 2048 };
 
 /* ---- set-up ------------------------------------------------------------------------------------ */
-
-static enum spc_status load_api(struct spv_gl *gl, const struct spv_ctx *ctx,
-                                struct spc_error *err)
-{
-#define X(type, name)                                                                          \
-    gl->api.name = (type)spv_ctx_function(ctx, "gl" #name);                                    \
-    if (gl->api.name == NULL)                                                                  \
-        return spc_fail(err, SPC_FEATURE, SPC_NO_OFF, "OpenGL lacks gl" #name);
-    SPV_GL_FUNCTIONS(X)
-#undef X
-    return SPC_OK;
-}
-
-static enum spc_status compile(struct spv_gl *gl, GLenum kind, const char *text, GLuint *out,
-                               struct spc_error *err)
-{
-    GLint ok = 0;
-    *out = gl->api.CreateShader(kind);
-    gl->api.ShaderSource(*out, 1, &text, NULL);
-    gl->api.CompileShader(*out);
-    gl->api.GetShaderiv(*out, GL_COMPILE_STATUS, &ok);
-    if (ok)
-        return SPC_OK;
-    char log[120] = "";
-    gl->api.GetShaderInfoLog(*out, sizeof log, NULL, log);
-    return spc_fail(err, SPC_FEATURE, SPC_NO_OFF, "a shader does not compile: %s", log);
-}
 
 static void find_uniforms(struct spv_gl *gl, struct program *p)
 {
@@ -60,24 +32,9 @@ static void find_uniforms(struct spv_gl *gl, struct program *p)
 static enum spc_status make_program(struct spv_gl *gl, const char *vertex, const char *fragment,
                                     struct program *p, struct spc_error *err)
 {
-    GLuint vs = 0, fs = 0;
-    GLint ok = 0;
-    enum spc_status status = compile(gl, GL_VERTEX_SHADER, vertex, &vs, err);
+    const enum spc_status status = spv_gl_program(&gl->api, vertex, fragment, &p->id, err);
     if (status == SPC_OK)
-        status = compile(gl, GL_FRAGMENT_SHADER, fragment, &fs, err);
-    if (status == SPC_OK) {
-        p->id = gl->api.CreateProgram();
-        gl->api.AttachShader(p->id, vs);
-        gl->api.AttachShader(p->id, fs);
-        gl->api.LinkProgram(p->id);
-        gl->api.GetProgramiv(p->id, GL_LINK_STATUS, &ok);
-        if (!ok)
-            status = spc_fail(err, SPC_FEATURE, SPC_NO_OFF, "a shader program does not link");
-        else
-            find_uniforms(gl, p);
-    }
-    gl->api.DeleteShader(vs);
-    gl->api.DeleteShader(fs);
+        find_uniforms(gl, p);
     return status;
 }
 
@@ -96,15 +53,12 @@ static enum spc_status check_context(struct spv_gl *gl, struct spc_error *err)
     f->GetFloatv(GL_POINT_SIZE_RANGE, points);
     snprintf(gl->base.name, sizeof gl->base.name, "%s, OpenGL %d.%d",
              renderer != NULL ? (const char *)renderer : "unknown", major, minor);
-    if (major < 3 || (major == 3 && minor < 3))
-        return spc_fail(err, SPC_FEATURE, SPC_NO_OFF, "OpenGL %d.%d is older than 3.3", major, minor);
     gl->side_max = (int)fmin(fmin(side, texture), fmin(view[0], view[1]));
     if (gl->side_max <= 2 * GUARD)
         return spc_fail(err, SPC_FEATURE, SPC_NO_OFF, "OpenGL draws no pictures of a useful size");
     gl->texels_max = texels > 0 ? (size_t)texels : 0;
     gl->point_limit = fminf(points[1], 2 * GUARD);
     gl->query = major > 4 || (major == 4 && minor >= 3) ? GL_ANY_SAMPLES_PASSED_CONSERVATIVE : GL_ANY_SAMPLES_PASSED;
-    gl->occlude = !spv_gl_is_software(&gl->base);
     return SPC_OK;
 }
 
@@ -384,8 +338,7 @@ static enum spc_status draw_parts(struct spv_draw *draw, const struct frame_inpu
 
 bool spv_gl_is_software(const struct spv_draw *draw)
 {
-    return strstr(draw->name, "llvmpipe") != NULL || strstr(draw->name, "softpipe") != NULL ||
-           strstr(draw->name, "swrast") != NULL || strstr(draw->name, "SWR") != NULL;
+    return ((const struct spv_gl *)draw)->software;
 }
 
 static bool depth_at(struct spv_draw *draw, int x, int y, double *depth)
@@ -433,11 +386,13 @@ enum spc_status spv_gl_create(const struct spv_ctx *ctx, struct spv_draw **out, 
     if (gl == NULL)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the renderer");
     gl->base.ops = &OPS;
-    enum spc_status status = load_api(gl, ctx, err);
+    enum spc_status status = spv_gl_load(ctx, &gl->api, err);
     if (status != SPC_OK) {
         free(gl);
         return status;
     }
+    gl->software = spv_ctx_is_software(ctx);
+    gl->occlude = !gl->software;        /* where the processor draws, asking costs more than it saves */
     status = check_context(gl, err);
     if (status == SPC_OK)
         status = make_programs(gl, err);

@@ -16,7 +16,7 @@
 #define SPV_DRAW_GL_INT_H
 
 #include "draw_int.h"
-#include "gl_api.h"
+#include "gl_int.h"
 
 enum { GUARD = 32 };
 
@@ -77,7 +77,7 @@ struct spv_gl {
     size_t texels_max;              /* of a buffer that a shader reads */
     float point_limit;              /* px */
     GLenum query;                   /* cheapest kind that never says hidden of what is seen */
-    bool occlude;
+    bool software, occlude;
     struct gl_block *stream;        /* for what is not kept; room for all groups */
     uint8_t *payload;               /* decoded block */
     size_t payload_max;
@@ -141,6 +141,18 @@ enum spc_status spv_gl_draw_cluster(struct gl_frame *f, struct gl_cluster *clust
 enum spc_status spv_gl_draw_tops(struct gl_frame *f, uint32_t part, uint64_t *tested, struct spc_error *err);
 
 /* ---- gl_hide.c --------------------------------------------------------------------------------- */
+
+struct gl_rect {
+    float px[4];                    /* x0, y0, x1, y1 in the target, from below */
+    float depth;
+    bool inside;                    /* of the picture, at least in part */
+};
+
+/*
+ * Rectangle around all pixels of a cluster's nodes and triangles, and a depth that none of them reaches.
+ * False: it may be seen, without asking.
+ */
+bool spv_gl_rect(const struct gl_frame *f, uint32_t part, uint32_t cluster, struct gl_rect *out);
 
 /* Draws all clusters of the frame, near first, and leaves out those that are hidden. */
 enum spc_status spv_gl_draw_clusters(struct gl_frame *f, struct spc_error *err);

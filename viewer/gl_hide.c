@@ -16,12 +16,6 @@
 /* What is nearest is drawn without asking: at least so many clusters, and a share of all nodes. */
 enum { UNASKED_MIN = 8, SHARES = 4 };
 
-struct rect {
-    float px[4];                    /* x0, y0, x1, y1 in the target, from below */
-    float depth;
-    bool inside;                    /* of the picture, at least in part */
-};
-
 /* ---- rectangles -------------------------------------------------------------------------------- */
 
 struct reach {                      /* of a box, view coordinates, units */
@@ -55,11 +49,7 @@ static bool project(const struct spv_camera *c, const float box[6], const double
     return true;
 }
 
-/*
- * Rectangle and depth around all pixels of a cluster's nodes and triangles. False: it may be seen, without
- * asking.
- */
-static bool make_rect(const struct gl_frame *f, uint32_t part, uint32_t cluster, struct rect *out)
+bool spv_gl_rect(const struct gl_frame *f, uint32_t part, uint32_t cluster, struct gl_rect *out)
 {
     const struct spv_camera *camera = &f->in->view->camera;
     const struct spc_reader *reader = f->in->parts[part].reader;
@@ -156,7 +146,7 @@ static void end_asking(const struct gl_frame *f)
 }
 
 /* Room for it was made. */
-static void ask(const struct gl_frame *f, struct gl_asked *a, uint32_t of, const struct rect *r)
+static void ask(const struct gl_frame *f, struct gl_asked *a, uint32_t of, const struct gl_rect *r)
 {
     const struct spv_gl_api *gl = &f->gl->api;
     gl->Uniform4f(f->gl->box.rect, r->px[0], r->px[1], r->px[2], r->px[3]);
@@ -195,8 +185,8 @@ static enum spc_status draw_asked(struct gl_frame *f, size_t first, size_t end, 
     begin_asking(f);
     for (size_t i = first; i < end; i++) {
         struct gl_cluster *c = &f->gl->clusters[i];
-        struct rect r;
-        c->asked = make_rect(f, c->part, c->cluster, &r);
+        struct gl_rect r;
+        c->asked = spv_gl_rect(f, c->part, c->cluster, &r);
         if (c->asked)
             ask(f, a, (uint32_t)i, &r);
     }
@@ -255,8 +245,8 @@ enum spc_status spv_gl_probe(struct gl_frame *f, struct spc_error *err)
     uint32_t number = 0;
     for (uint32_t p = 0; p < f->in->part_count; p++)
         for (uint32_t k = 0; k < f->in->parts[p].probe_count; k++, number++) {
-            struct rect r;
-            if (!make_rect(f, p, f->in->parts[p].probes[k], &r))
+            struct gl_rect r;
+            if (!spv_gl_rect(f, p, f->in->parts[p].probes[k], &r))
                 f->in->parts[p].hidden[k] = 2;      /* seen */
             else if (r.inside)
                 ask(f, a, number, &r);
