@@ -71,7 +71,7 @@ $(B)/spc-build: $(call obj,cmd/spc_build.c $(wildcard cmd/build_*.c) cmd/usage.c
 	$(LINK) $(LIBS_build) $(LIBS_cmd)
 $(B)/spc-info: $(call obj,cmd/spc_info.c $(wildcard cmd/info_*.c)) $(CLI) $(META) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build) $(LIBS_cmd)
-$(B)/spc-render: $(call obj,cmd/spc_render.c cmd/render.c cmd/picture.c) $(CLI) $(META) $(B)/libspv.a $(B)/libspc.a
+$(B)/spc-render: $(call obj,cmd/spc_render.c $(wildcard cmd/render_*.c) cmd/picture.c) $(CLI) $(META) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_viewer) $(LIBS_cmd)
 $(B)/spc-view: $(call obj,cmd/spc_view.c $(wildcard cmd/view*.c) cmd/picture.c) $(CLI) $(META) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_viewer) $(LIBS_window) $(LIBS_cmd)

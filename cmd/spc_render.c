@@ -1,6 +1,6 @@
 /* spc-render: pictures of an archive, without a display. */
 #include "cli.h"
-#include "render.h"
+#include "render_pictures.h"
 
 #include <getopt.h>
 #include <stdio.h>

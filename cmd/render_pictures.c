@@ -1,10 +1,10 @@
 /*
- * render.c - pictures of one archive into files.
+ * render_pictures.c - pictures of one archive into files.
  *
  * A single picture decodes blocks as it draws them. Of several, blocks stay in memory from one to the next as
  * far as the budget goes; a picture that needs more than that is drawn like a single one.
  */
-#include "render.h"
+#include "render_pictures.h"
 
 #include "count.h"
 #include "png_file.h"

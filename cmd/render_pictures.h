@@ -1,6 +1,6 @@
-/* render.h - pictures of one archive into files. */
-#ifndef RENDER_H
-#define RENDER_H
+/* render_pictures.h - pictures of one archive into files. */
+#ifndef RENDER_PICTURES_H
+#define RENDER_PICTURES_H
 
 #include "picture.h"
 #include "sample.h"
