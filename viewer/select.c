@@ -14,9 +14,21 @@ struct select {
     const struct spv_view *view;
     struct spv_selection *out;
     double planes[5][3];            /* inward normals of planes through the eye */
+    double per_unit;                /* units a file unit; 0: too many for a double */
     bool cull_back;
     uint32_t stack_count;
 };
+
+/* Not fmax: that is a call, for numbers that are none, of which there are none here. */
+static inline double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+static inline double smaller(double a, double b)
+{
+    return a < b ? a : b;
+}
 
 static double dot(const double a[3], const double b[3])
 {
@@ -37,19 +49,27 @@ static void make_planes(const struct spv_camera *c, double planes[5][3])
     }
 }
 
-/* The box grown by pad lies wholly outside one plane. */
-static bool outside(const struct select *s, const float box[6], const double eye[3], double pad)
+/* The box grown by pad lies wholly outside one plane; *inside: of none does any of it lie outside. */
+static bool outside(const struct select *s, const float box[6], const double eye[3], double pad, bool *inside)
 {
+    double low[3], high[3];
+    *inside = true;
+    for (int a = 0; a < 3; a++) {
+        low[a] = (double)box[a] - pad - eye[a];
+        high[a] = (double)box[a + 3] + pad - eye[a];
+    }
     for (int p = 0; p < 5; p++) {
         const double *n = s->planes[p];
-        double far = 0, scale = 0;
+        double far = 0, near = 0, scale = 0;
         for (int a = 0; a < 3; a++) {
-            const double at = (n[a] > 0 ? (double)box[a + 3] + pad : (double)box[a] - pad) - eye[a];
-            far += n[a] * at;
-            scale += fabs(n[a] * at);
+            const double x = n[a] * low[a], y = n[a] * high[a];
+            far += larger(x, y);
+            near += smaller(x, y);
+            scale += larger(fabs(x), fabs(y));
         }
         if (far < -1e-6 * scale)
             return true;
+        *inside &= near > 1e-6 * scale;
     }
     return false;
 }
@@ -64,18 +84,17 @@ static void rho_range(const float box[6], const float sphere[4], const double ey
     double near2 = 0, far2 = 0, d[3];
     for (int a = 0; a < 3; a++) {
         const double below = (double)box[a] - eye[a], above = eye[a] - (double)box[a + 3];
-        const double near = fmax(0, fmax(below, above));
-        const double far = fmax(-below, -above);
-        const double far_abs = fmax(far, near);
+        const double near = larger(0, larger(below, above));
+        const double far_abs = larger(larger(-below, -above), near);
         near2 += near * near;
         far2 += far_abs * far_abs;
         d[a] = (double)sphere[a] - eye[a];
     }
     const double center = sqrt(dot(d, d));
-    *low = fmax(sqrt(near2), center - (double)sphere[3]);
+    *low = larger(sqrt(near2), center - (double)sphere[3]);
     if (!(*low > 0))
         *low = -HUGE_VAL;
-    *high = fmin(sqrt(far2), center + (double)sphere[3]);
+    *high = smaller(sqrt(far2), center + (double)sphere[3]);
 }
 
 void spv_eye_of_cluster(const struct spc_reader *reader, const struct spc_cluster *cluster,
@@ -104,10 +123,10 @@ bool spv_all_behind(const double eye[3], const float sphere[4], const double axi
     if (cosine <= -1 || distance <= (double)sphere[3])
         return false;
     /* n . (eye - p) is largest for the normal nearest to the eye and the point nearest to it. */
-    const double c = fmax(-1, fmin(1, dot(to_eye, axis) / distance));
+    const double c = larger(-1, smaller(1, dot(to_eye, axis) / distance));
     if (c >= cosine)
         return false;               /* the eye is inside the cone */
-    const double nearest = c * cosine + sqrt(1 - c * c) * sqrt(1 - fmin(1, cosine * cosine));
+    const double nearest = c * cosine + sqrt(1 - c * c) * sqrt(1 - smaller(1, cosine * cosine));
     return distance * nearest + (double)sphere[3] < -1e-6 * distance;
 }
 
@@ -152,22 +171,20 @@ static enum spc_status choose(struct select *s, uint32_t index, const struct spc
     return SPC_OK;
 }
 
-static enum spc_status choose_blocks(struct select *s, const struct spc_cluster *c,
-                                     const double eye[3], struct spc_error *err)
+static enum spc_status choose_blocks(struct select *s, const struct spc_cluster *c, double low, double high,
+                                     struct spc_error *err)
 {
-    double low, high;
     bool end = false;
     const uint32_t before = s->out->block_count;
-    rho_range(c->box, c->sphere, eye, &low, &high);
     for (uint32_t k = 0; k < c->block_count && !end; k++) {
         struct spc_block b;
         spc_reader_block(s->reader, c->block_first + k, &b);
         if (!block_in_range(s, &b, low, high, &end))
             continue;
-        const double near = fmax(low, 0x1p-60);
+        const double near = larger(low, 0x1p-60);
         const double px = (double)b.e_parent_max / near * s->view->camera.focal_px;
         const enum spc_status status =
-            choose(s, c->block_first + k, &b, (float)fmin(px, 1e30), err);
+            choose(s, c->block_first + k, &b, (float)smaller(px, 1e30), err);
         if (status != SPC_OK)
             return status;
     }
@@ -178,20 +195,20 @@ static enum spc_status choose_blocks(struct select *s, const struct spc_cluster 
     return SPC_OK;
 }
 
-static enum spc_status push_children(struct select *s, const struct spc_cluster *c,
+static enum spc_status push_children(struct select *s, const struct spc_cluster *c, bool inside,
                                      struct spc_error *err)
 {
     struct spv_selection *out = s->out;
     if (s->stack_count + c->child_count > out->stack_max) {
         const uint32_t grown = 2 * (s->stack_count + c->child_count) + 64;
-        uint32_t *stack = realloc(out->stack, grown * sizeof *stack);
+        struct spv_visit *stack = realloc(out->stack, grown * sizeof *stack);
         if (stack == NULL)
             return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to select clusters");
         out->stack = stack;
         out->stack_max = grown;
     }
     for (uint32_t k = c->child_count; k-- > 0;)
-        out->stack[s->stack_count++] = c->child_first + k;
+        out->stack[s->stack_count++] = (struct spv_visit){c->child_first + k, inside};
     return SPC_OK;
 }
 
@@ -201,19 +218,29 @@ static double rim(float radius)
     return 0.4143 * (double)radius;
 }
 
-static enum spc_status visit(struct select *s, uint32_t id, struct spc_error *err)
+static void place_eye(const struct select *s, const struct spc_cluster *c, double eye[3])
+{
+    if (!(s->per_unit > 0))
+        spv_eye_of_cluster(s->reader, c, &s->view->camera, eye);
+    else
+        for (int a = 0; a < 3; a++)
+            eye[a] = (s->view->camera.eye[a] - c->origin[a]) * s->per_unit;
+}
+
+/* What a cluster without children has below itself is itself: its second tests would be its first. */
+static enum spc_status visit(struct select *s, struct spv_visit at, struct spc_error *err)
 {
     struct spc_cluster c;
     double eye[3], low, high;
-    const bool cull = s->view->cull;
-    spc_reader_cluster(s->reader, id, &c);
-    spv_eye_of_cluster(s->reader, &c, &s->view->camera, eye);
+    bool inside = at.inside || !s->view->cull;
+    spc_reader_cluster(s->reader, at.cluster, &c);
+    place_eye(s, &c, eye);
     rho_range(c.sub_box, c.sub_sphere, eye, &low, &high);
     if (!subtree_in_range(s->view, &c, low)) {
         s->out->culled_range++;
         return SPC_OK;
     }
-    if (cull && outside(s, c.sub_box, eye, rim(c.sub_radius_max))) {
+    if (!inside && outside(s, c.sub_box, eye, rim(c.sub_radius_max), &inside)) {
         s->out->culled_frustum++;
         return SPC_OK;
     }
@@ -223,14 +250,17 @@ static enum spc_status visit(struct select *s, uint32_t id, struct spc_error *er
         s->out->culled_backface++;
         return SPC_OK;
     }
-    enum spc_status status = push_children(s, &c, err);
+    if (c.child_count == 0)
+        return choose_blocks(s, &c, low, high, err);
+    enum spc_status status = push_children(s, &c, inside, err);
     if (status != SPC_OK)
         return status;
-    if (cull && outside(s, c.box, eye, rim(c.radius_max))) {
+    if (!inside && outside(s, c.box, eye, rim(c.radius_max), &inside)) {
         s->out->culled_frustum++;
         return SPC_OK;
     }
-    return choose_blocks(s, &c, eye, err);
+    rho_range(c.box, c.sphere, eye, &low, &high);
+    return choose_blocks(s, &c, low, high, err);
 }
 
 enum spc_status spv_select(const struct spc_reader *reader, const struct spv_view *view,
@@ -245,7 +275,9 @@ enum spc_status spv_select(const struct spc_reader *reader, const struct spv_vie
     out->clusters_total = s.header->cluster_count;
     s.cull_back = spv_culls_back(reader, view);
     make_planes(&view->camera, s.planes);
-    enum spc_status status = push_children(&s, &root, err);
+    const int exponent = -s.header->unit_exp;       /* a power of two that is normal: a product is exact */
+    s.per_unit = exponent > -1022 && exponent < 1023 ? ldexp(1, exponent) : 0;
+    enum spc_status status = push_children(&s, &root, false, err);
     while (status == SPC_OK && s.stack_count > 0)
         status = visit(&s, out->stack[--s.stack_count], err);
     return status;

@@ -25,6 +25,11 @@ struct spv_chosen {
     float error;                    /* largest projected error that leaving it out would show, px */
 };
 
+struct spv_visit {                  /* a cluster that is still to be looked at */
+    uint32_t cluster;
+    bool inside;                    /* nothing below its parent lies outside of the picture */
+};
+
 struct spv_selection {
     struct spv_chosen *blocks;      /* by cluster, coarse first, in prefix order inside */
     uint32_t block_count, block_max;
@@ -32,7 +37,7 @@ struct spv_selection {
     uint32_t culled_frustum, culled_backface, culled_range;     /* clusters met and left out */
     uint64_t nodes;                 /* in the chosen blocks */
     uint64_t bytes;                 /* their chunks */
-    uint32_t *stack;                /* clusters still to be looked at */
+    struct spv_visit *stack;
     uint32_t stack_max;
 };
 
