@@ -31,6 +31,14 @@ static enum spc_status read_badly(void *ctx, const struct spc_reader *reader, ui
     return spc_block_decode(reader, block, true, payload, err);
 }
 
+/* As the file has it: the tree knows no other order. */
+static enum spc_status read_plainly(void *ctx, const struct spc_reader *reader, uint32_t block, uint8_t *payload,
+                                    struct spc_error *err)
+{
+    (void)ctx;
+    return spc_block_decode(reader, block, true, payload, err);
+}
+
 /* ---- what a frame draws ------------------------------------------------------------------------ */
 
 static void draw_block(const struct oracle_case *c, const struct spv_item *ready, uint8_t *drawn)
@@ -95,7 +103,7 @@ static void expect_within(const struct oracle_case *c, const struct spv_resident
 static struct spv_resident *create(const struct oracle_case *c, uint64_t budget, struct reading *how)
 {
     struct spv_resident *r = NULL;
-    const struct spv_resident_options o = {.budget = budget, .threads = 3, .decode = how ? read_badly : NULL,
+    const struct spv_resident_options o = {.budget = budget, .threads = 3, .decode = how ? read_badly : read_plainly,
                                              .decode_ctx = how};
     ck_assert_int_eq(spv_resident_create(c->reader, &o, &r, NULL), SPC_OK);
     return r;

@@ -7,6 +7,7 @@
 #include "interval.h"
 #include "mesh_case.h"
 #include "picture_case.h"
+#include "kept.h"
 #include "soft_int.h"
 #include "suite.h"
 
@@ -383,6 +384,7 @@ START_TEST(decoded_blocks_in_any_order_are_the_same_picture)
         spc_reader_block(r, i, &b);
         payloads[i] = malloc(b.raw_bytes);
         ck_assert_int_eq(spc_block_decode(r, i, true, payloads[i], NULL), SPC_OK);
+        ck_assert_int_eq(spv_kept_sort(r, i, payloads[i], NULL), SPC_OK);
     }
     const struct picture_view v = around(0, 0, SPV_HYBRID, 3);
     const struct spv_view view = picture_view(&v);

@@ -38,7 +38,7 @@ struct spv_draw_options {
 
 struct spv_item {                   /* a block to draw */
     uint32_t block;
-    void *kept;                     /* what keep() of the back end's store gave; NULL: decoded while it is drawn */
+    void *kept;                     /* what keep() of the back end's store gave; NULL: decoded as it is drawn */
     float missing;                  /* E of spec section 9: nodes of e_self up to this are drawn, too; -1: none */
 };
 
@@ -95,7 +95,7 @@ enum spc_status spv_draw_selection(struct spv_draw *draw, const struct spc_reade
 struct spv_store {
     struct spv_draw *draw;
     /*
-     * Takes payload[raw_bytes] of malloc, its own from then on, also when it fails.
+     * Takes payload[raw_bytes] of malloc, sorted by spv_kept_sort, its own from then on, also when it fails.
      * fails (NULL): no memory
      */
     void *(*keep)(struct spv_draw *draw, const struct spc_reader *reader, uint32_t block, uint8_t *payload);

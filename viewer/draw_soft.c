@@ -9,6 +9,8 @@
 #include "soft_int.h"
 
 #include "bytes.h"
+#include "kept.h"
+#include "layout.h"
 #include "threads.h"
 
 #include <limits.h>
@@ -227,12 +229,26 @@ static const uint8_t *decode(const struct soft_frame *f, struct worker *w, const
     return spc_block_decode(f->reader, block, true, w->payload, &w->err) == SPC_OK ? w->payload : NULL;
 }
 
-static bool draw_decoded(const struct soft_block *b, struct soft_scratch *s, struct spc_error *err)
+/* What has to be tested: of a kept block its beginning, of another what may face the eye. */
+static void choose_nodes(const struct soft_block *b, bool kept, struct spv_ranges *out)
+{
+    const struct soft_frame *f = b->frame;
+    const uint8_t *codes = b->payload + b->l.nodes + ND_E_PARENT;
+    if (!kept) {
+        spv_visible_ranges(f->reader, f->tested, &b->b, &b->c, b->tested_eye, b->payload + b->l.groups, out);
+        return;
+    }
+    out->first[0] = 0;
+    out->nodes[0] = (int)spv_kept_prefix(f->tested, &b->b, &b->c, b->tested_eye, codes, SPC_NODE_BYTES);
+    out->count = out->nodes[0] > 0;
+}
+
+static bool draw_decoded(const struct soft_block *b, bool kept, struct soft_scratch *s, struct spc_error *err)
 {
     const struct soft_frame *f = b->frame;
     const bool triangles = b->l.indices && f->view->mode != SPV_POINTS;
     struct spv_ranges ranges;
-    spv_visible_ranges(f->reader, f->tested, &b->b, &b->c, b->tested_eye, b->payload + b->l.groups, &ranges);
+    choose_nodes(b, kept, &ranges);
     if (triangles && ranges.count > 0 && !spv_soft_project(b, s)) {
         spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to draw a block");
         return false;
@@ -256,8 +272,9 @@ static bool draw_item(struct soft_block *b, const struct spv_item *item, struct 
     b->lower = b->b.kind == SPC_BLOCK_INNER ||
                (f->view->mode == SPV_HYBRID && (f->header->flags & SPC_FLAG_TRIANGLES));
     b->missing = item->missing;
-    b->payload = item->kept != NULL ? item->kept : decode(f, w, &b->b, item->block);
-    return b->payload != NULL && draw_decoded(b, s, &w->err);
+    const bool kept = item->kept != NULL && f->paint != SPV_PAINT_NORMALS;     /* which it cannot tell */
+    b->payload = kept ? item->kept : decode(f, w, &b->b, item->block);
+    return b->payload != NULL && draw_decoded(b, kept, s, &w->err);
 }
 
 /* Each top is a block of one node: a record, and behind it its colour. */

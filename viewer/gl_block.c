@@ -8,6 +8,7 @@
 #include "draw_gl_int.h"
 
 #include "bytes.h"
+#include "kept.h"
 #include "interval.h"
 #include "paint.h"
 
@@ -164,9 +165,9 @@ static void range_of_group(const struct gl_block *on_card, uint32_t g, const str
                            struct spv_ranges *out)
 {
     int first = 0;
-    const int nodes = load_u16(on_card->groups + 4 * g);
+    const int nodes = load_u16(on_card->facts + 4 * g);
     for (uint32_t k = 0; k < g; k++)
-        first += load_u16(on_card->groups + 4 * k);
+        first += load_u16(on_card->facts + 4 * k);
     out->count = 0;
     for (uint32_t r = 0; r < ranges->count && nodes > 0; r++)
         if (first >= ranges->first[r] && first < ranges->first[r] + ranges->nodes[r]) {
@@ -210,14 +211,18 @@ static enum spc_status draw_item(const struct gl_frame *f, const struct placing 
     const struct spc_header *h = at->part->header;
     const enum spv_mode mode = f->in->view->mode;
     struct drawing d = {.at = at, .on_card = item->kept};
-    struct spv_ranges ranges;
+    struct spv_ranges ranges = {.count = 1};
     spc_reader_block(reader, item->block, &d.b);
-    if (item->kept == NULL) {
+    const bool kept = item->kept != NULL && f->in->options->paint != SPV_PAINT_NORMALS;     /* which it cannot tell */
+    if (kept) {
+        ranges.nodes[0] = (int)spv_kept_prefix(f->in->tested, &d.b, &at->c, at->eye_tested, d.on_card->facts, 2);
+        ranges.count = ranges.nodes[0] > 0;
+    } else {
         const enum spc_status status = spv_gl_stream(f->gl, reader, item->block, &d.on_card, err);
         if (status != SPC_OK)
             return status;
+        spv_visible_ranges(reader, f->in->tested, &d.b, &at->c, at->eye_tested, d.on_card->facts, &ranges);
     }
-    spv_visible_ranges(reader, f->in->tested, &d.b, &at->c, at->eye_tested, d.on_card->groups, &ranges);
     for (uint32_t r = 0; r < ranges.count; r++)
         *tested += (uint64_t)ranges.nodes[r];
     if (ranges.count == 0)

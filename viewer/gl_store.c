@@ -9,12 +9,14 @@
 #include "draw_gl_int.h"
 
 #include "bytes.h"
+#include "layout.h"
 
 #include <stdlib.h>
 
-static struct gl_block *block_create(const struct spv_gl *gl, uint32_t normal_clusters)
+/* room: of what is remembered beside the buffer, bytes */
+static struct gl_block *block_create(const struct spv_gl *gl, size_t room)
 {
-    struct gl_block *b = calloc(1, sizeof *b + 4 * (size_t)normal_clusters);
+    struct gl_block *b = calloc(1, sizeof *b + room);
     if (b != NULL) {
         gl->api.GenBuffers(1, &b->buffer);
         gl->api.GenTextures(VIEW_COUNT, b->textures);
@@ -41,7 +43,11 @@ static enum spc_status block_fill(const struct spv_gl *gl, struct gl_block *to, 
     spc_block_layout(b, h->flags, h->normal_clusters, &to->l);
     if (to->l.indices && to->l.bytes / 4 > gl->texels_max)
         return spc_fail(err, SPC_FEATURE, SPC_NO_OFF, "OpenGL's texture buffers are too small");
-    memcpy(to->groups, payload + to->l.groups, 4 * (size_t)h->normal_clusters);
+    if (usage == GL_STREAM_DRAW)
+        memcpy(to->facts, payload + to->l.groups, 4 * (size_t)h->normal_clusters);
+    else
+        for (uint32_t i = 0; i < b->node_count; i++)
+            memcpy(to->facts + 2 * (size_t)i, payload + to->l.nodes + (size_t)SPC_NODE_BYTES * i + ND_E_PARENT, 2);
     f->BindBuffer(GL_ARRAY_BUFFER, to->buffer);
     f->BufferData(GL_ARRAY_BUFFER, (GLsizeiptr)to->l.bytes, payload, usage);
     if (to->l.indices == 0)
@@ -62,7 +68,7 @@ void *spv_gl_keep(struct spv_draw *draw, const struct spc_reader *reader, uint32
     struct spc_block b;
     spc_reader_block(reader, block, &b);
     spv_gl_check(gl, NULL);         /* so that what follows is this block's */
-    struct gl_block *kept = block_create(gl, spc_reader_header(reader)->normal_clusters);
+    struct gl_block *kept = block_create(gl, 2 * (size_t)b.node_count);
     if (kept != NULL && (block_fill(gl, kept, reader, &b, payload, GL_STATIC_DRAW, NULL) != SPC_OK ||
                          spv_gl_check(gl, NULL) != SPC_OK)) {
         block_free(gl, kept);
@@ -79,7 +85,7 @@ void spv_gl_drop(struct spv_draw *draw, void *kept)
 
 bool spv_gl_stream_create(struct spv_gl *gl)
 {
-    gl->stream = block_create(gl, SPV_RANGES_MAX);
+    gl->stream = block_create(gl, 4 * (size_t)SPV_RANGES_MAX);
     return gl->stream != NULL;
 }
 

@@ -1,5 +1,7 @@
 #include "resident.h"
 
+#include "kept.h"
+
 #include <stdlib.h>
 #include <string.h>
 #include <uv.h>
@@ -65,7 +67,8 @@ static enum spc_status decode_block(void *ctx, const struct spc_reader *reader, 
                                     uint8_t *payload, struct spc_error *err)
 {
     (void)ctx;
-    return spc_block_decode(reader, block, true, payload, err);
+    const enum spc_status status = spc_block_decode(reader, block, true, payload, err);
+    return status == SPC_OK ? spv_kept_sort(reader, block, payload, err) : status;
 }
 
 static uint64_t raw_bytes(const struct spv_resident *r, uint32_t block)

@@ -21,7 +21,7 @@ struct spv_resident_options {
     uint64_t upload_bytes;          /* that are given to the store in a frame, but for one block; 0: all */
     unsigned threads;               /* that read and decode, 1..64 */
     struct spv_store store;         /* where blocks are kept; keep NULL: in plain memory */
-    /* Fills payload[raw_bytes] of a block, on any thread; NULL: spc_block_decode. For tests. */
+    /* Fills payload[raw_bytes] of a block, on any thread; NULL: decoded, and sorted as kept.h says. For tests. */
     enum spc_status (*decode)(void *ctx, const struct spc_reader *reader, uint32_t block,
                               uint8_t *payload, struct spc_error *err);
     void *decode_ctx;

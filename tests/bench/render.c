@@ -8,6 +8,7 @@
 #include "bench.h"
 #include "ctx.h"
 #include "draw.h"
+#include "kept.h"
 #include "views.h"
 
 #include <string.h>
@@ -36,6 +37,7 @@ static void keep(const struct bench_archive *a, const struct spv_selection *s, s
         spc_reader_block(a->reader, block, &b);
         k->payloads[block] = bench_memory(b.raw_bytes);
         bench_must(spc_block_decode(a->reader, block, true, k->payloads[block], &err), a->path, &err);
+        bench_must(spv_kept_sort(a->reader, block, k->payloads[block], &err), a->path, &err);
     }
 }
 

@@ -1,0 +1,92 @@
+#include "kept.h"
+
+#include "bytes.h"
+#include "layout.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Places by code, largest first: a counting sort, one byte after the other, each keeping what was equal. */
+static void sort_codes(const uint8_t *nodes, uint32_t n, uint32_t *order, uint32_t *other)
+{
+    for (uint32_t i = 0; i < n; i++)
+        order[i] = i;
+    for (size_t byte = 0; byte < 2; byte++) {
+        uint32_t start[257] = {0};
+        for (uint32_t i = 0; i < n; i++)
+            start[256 - nodes[(size_t)SPC_NODE_BYTES * i + ND_E_PARENT + byte]]++;
+        for (int k = 1; k <= 256; k++)
+            start[k] += start[k - 1];
+        for (uint32_t i = 0; i < n; i++) {
+            const uint32_t node = order[i];
+            const unsigned code = nodes[(size_t)SPC_NODE_BYTES * node + ND_E_PARENT + byte];
+            other[start[255 - code]++] = node;
+        }
+        uint32_t *swap = order;
+        order = other;
+        other = swap;
+    }
+}
+
+/* Elements of a payload's array into their new places. room: n times bytes. */
+static void permute(uint8_t *array, size_t bytes, const uint32_t *order, uint32_t n, uint8_t *room)
+{
+    for (uint32_t i = 0; i < n; i++)
+        memcpy(room + bytes * i, array + bytes * order[i], bytes);
+    memcpy(array, room, bytes * n);
+}
+
+enum spc_status spv_kept_sort(const struct spc_reader *reader, uint32_t block, uint8_t *payload, struct spc_error *err)
+{
+    const struct spc_header *h = spc_reader_header(reader);
+    struct spc_block b;
+    struct spc_block_layout l;
+    spc_reader_block(reader, block, &b);
+    spc_block_layout(&b, h->flags, h->normal_clusters, &l);
+    const uint32_t n = b.node_count;
+    uint32_t *order = malloc((size_t)n * (2 * sizeof *order + SPC_NODE_BYTES) + 1);
+    if (order == NULL)
+        return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to sort a block");
+    uint8_t *room = (uint8_t *)(order + 2 * (size_t)n);
+    sort_codes(payload + l.nodes, n, order, order + n);
+    permute(payload + l.nodes, SPC_NODE_BYTES, order, n, room);
+    if (l.colors)
+        permute(payload + l.colors, 4, order, n, room);
+    if (l.indices)
+        permute(payload + l.indices, 6, order, n, room);
+    memset(payload + l.groups, 0, 4 * (size_t)h->normal_clusters);
+    if (l.children)
+        memset(payload + l.children, 0, (n + 1) / 2);
+    free(order);
+    return SPC_OK;
+}
+
+/* Of the cluster's box from the eye. */
+static double distance_to(const struct spc_cluster *c, const double eye[3])
+{
+    double sum = 0;
+    for (int a = 0; a < 3; a++) {
+        const double below = (double)c->box[a] - eye[a], above = eye[a] - (double)c->box[a + 3];
+        const double out = below > above ? below : above;
+        sum += out > 0 ? out * out : 0;
+    }
+    return sqrt(sum);
+}
+
+uint32_t spv_kept_prefix(const struct spv_view *tested, const struct spc_block *b, const struct spc_cluster *c,
+                         const double eye[3], const uint8_t *codes, size_t stride)
+{
+    const double least = tested->eps * (distance_to(c, eye) * (1 - 0x1p-18) - (double)b->link_max);
+    uint32_t low = 0, high = b->node_count;         /* those before low may pass, those from high on may not */
+    if (tested->mode == SPV_TRIANGLES || (double)b->e_parent_min >= least)
+        return high;
+    while (low < high) {
+        const uint32_t middle = low + (high - low) / 2;
+        const uint16_t code = load_u16(codes + stride * middle);
+        if (code == SPC_LEN_ROOT || (double)spc_len_decode(code) >= least)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
