@@ -29,6 +29,7 @@ static const char HELP[] =
 
 static const char HELP_MORE[] =
     "\n"
+    "      --nodes N          instead of --fps: nodes that a frame of movement tests\n"
     "      --offscreen        no window (for --script and --screenshot)\n"
     "      --stats FILE.csv   a line a frame: counts, bytes, times\n"
     "      --json             a summary as JSON on standard output\n"
@@ -39,7 +40,7 @@ static const char HELP_MORE[] =
     "      --threads N        threads of soft, and that read (default: all cores)\n"
     "      --no-cull          draw what could not be seen, too\n";
 
-enum { OPT_SCRIPT = 256, OPT_STATS, OPT_SCREENSHOT, OPT_FPS, OPT_OFFSCREEN, OPT_JSON, OPT_SAMPLES };
+enum { OPT_SCRIPT = 256, OPT_STATS, OPT_SCREENSHOT, OPT_FPS, OPT_OFFSCREEN, OPT_JSON, OPT_SAMPLES, OPT_NODES };
 static const struct option LONG[] = {
     {"size", 1, NULL, PICTURE_SIZE}, {"orbit", 1, NULL, PICTURE_ORBIT}, {"eye", 1, NULL, PICTURE_EYE},
     {"target", 1, NULL, PICTURE_TARGET}, {"up", 1, NULL, PICTURE_UP}, {"fov", 1, NULL, PICTURE_FOV},
@@ -48,7 +49,7 @@ static const struct option LONG[] = {
     {"background", 1, NULL, PICTURE_BACKGROUND}, {"no-cull", 0, NULL, PICTURE_NO_CULL},
     {"memory", 1, NULL, PICTURE_MEMORY}, {"script", 1, NULL, OPT_SCRIPT}, {"stats", 1, NULL, OPT_STATS},
     {"screenshot", 1, NULL, OPT_SCREENSHOT}, {"fps", 1, NULL, OPT_FPS}, {"offscreen", 0, NULL, OPT_OFFSCREEN},
-    {"json", 0, NULL, OPT_JSON}, {"samples", 1, NULL, OPT_SAMPLES}, {"help", 2, NULL, 'h'},
+    {"json", 0, NULL, OPT_JSON}, {"samples", 1, NULL, OPT_SAMPLES}, {"nodes", 1, NULL, OPT_NODES}, {"help", 2, NULL, 'h'},
     {"version", 0, NULL, 'V'}, {0},
 };
 
@@ -63,6 +64,10 @@ static int take_option(int c, const char *value, struct view_options *o)
     case OPT_FPS:
         if (!cli_double(value, &o->fps) || !(o->fps >= 0 && o->fps <= 1000))
             return cli_usage("--fps takes 0 to 1000, not '%s'", value);
+        return EXIT_DONE;
+    case OPT_NODES:
+        if (!cli_u32(value, 1000, UINT32_MAX, &o->nodes))
+            return cli_usage("--nodes takes at least 1000, not '%s'", value);
         return EXIT_DONE;
     case OPT_SAMPLES:
         if (!cli_u32(value, 1, SPV_SAMPLES_MAX, &o->samples))

@@ -170,7 +170,7 @@ static enum spc_status begin(struct view *v, struct spc_error *err)
     v->statistics = v->smooth = true;
     v->drawn_samples = 1;
     v->times.began = cli_seconds();
-    spv_pace_init(&v->pace, p->eps_px, v->o.fps > 0 ? 1 / v->o.fps : 0);
+    spv_pace_init(&v->pace, p->eps_px, v->o.nodes > 0 ? v->o.nodes : v->o.fps > 0 ? 1 / v->o.fps : 0);
     enum spc_status status = open_window(v, err);
     const double scale = v->window != NULL ? spv_window_scale(v->window) : 1;
     if (status == SPC_OK)

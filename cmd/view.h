@@ -26,6 +26,7 @@ struct view_options {
     int file_count;
     const char *script, *stats, *screenshot;    /* files; NULL: none */
     double fps;                     /* that movement keeps; 0: eps stays */
+    uint32_t nodes;                 /* instead: that a frame tests at most while moving; 0: fps counts */
     bool offscreen;                 /* no window */
     bool json;
     uint32_t samples;               /* a pixel and axis when still */

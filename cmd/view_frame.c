@@ -113,7 +113,8 @@ bool view_frame(struct view *v)
         view_tell(v, NULL, &err);
         return false;
     }
-    spv_pace_next(&v->pace, 1e-3 * (v->stats.draw_ms + v->stats.select_ms), v->moving);
+    const double seconds = 1e-3 * (v->stats.draw_ms + v->stats.select_ms);
+    spv_pace_next(&v->pace, v->o.nodes > 0 ? (double)v->stats.drawn.nodes_processed : seconds, v->moving);
     show(v, into);
     take_times(v);
     view_log_frame(v);

@@ -83,7 +83,7 @@ uint32_t spv_kept_prefix(const struct spv_view *tested, const struct spc_block *
     while (low < high) {
         const uint32_t middle = low + (high - low) / 2;
         const uint16_t code = load_u16(codes + stride * middle);
-        if (code == SPC_LEN_ROOT || (double)spc_len_decode(code) >= least)
+        if ((double)spc_len_decode(code) >= least)          /* of the root: infinity */
             low = middle + 1;
         else
             high = middle;
