@@ -249,15 +249,14 @@ static bool draw_decoded(const struct soft_block *b, bool kept, struct soft_scra
     const bool triangles = b->l.indices && f->view->mode != SPV_POINTS;
     struct spv_ranges ranges;
     choose_nodes(b, kept, &ranges);
-    if (triangles && ranges.count > 0 && !spv_soft_project(b, s)) {
-        spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to draw a block");
-        return false;
-    }
+    s->projected = false;
     for (uint32_t r = 0; r < ranges.count; r++) {
         s->counts.tested += (uint64_t)ranges.nodes[r];
         const uint32_t first = (uint32_t)ranges.first[r], n = (uint32_t)ranges.nodes[r];
-        if (triangles)
-            spv_soft_triangles(b, s, first, n);
+        if (triangles && !spv_soft_triangles(b, s, first, n)) {
+            spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to draw a block");
+            return false;
+        }
         if (f->view->mode != SPV_TRIANGLES)
             spv_soft_points(b, s, first, n);
     }

@@ -18,7 +18,7 @@
 
 #include <stdatomic.h>
 
-enum { SOFT_CHUNK = 256, SOFT_PAIRS = 1024, LANES = 8 };
+enum { SOFT_CHUNK = 256, SOFT_PAIRS = 1024, SOFT_STRIDE = 8, LANES = 8 };
 #define SOFT_NEAR 0x1p-40f          /* units: nearer than that nothing is drawn */
 static const float SOFT_MARGIN_PX = 1.0f / 64;      /* by which what is drawn is widened (I5) */
 
@@ -85,7 +85,8 @@ struct soft_scratch {               /* one a thread */
     struct soft_counts counts;
     struct soft_vertex *vertices;
     size_t vertices_max;
-    uint8_t pass[SOFT_CHUNK];
+    bool projected;                 /* the block's; false at its begin */
+    uint8_t pass[SOFT_CHUNK + SOFT_STRIDE];
     /* Nodes of a chunk that passed: number in the block; record without its errors; by view axes. */
     uint32_t index[SOFT_CHUNK], record[3][SOFT_CHUNK];
     uint32_t base[SOFT_CHUNK];      /* colour without light */
@@ -112,11 +113,9 @@ void spv_soft_colors(const struct soft_block *block, struct soft_scratch *s, uin
 /* Draws splats and triangles of nodes first to first + count. */
 void spv_soft_points(const struct soft_block *block, struct soft_scratch *s, uint32_t first,
                      uint32_t count);
-void spv_soft_triangles(const struct soft_block *block, struct soft_scratch *s, uint32_t first,
+/* fails (false): no memory for the block's vertices, which the first triangle that is drawn projects. */
+bool spv_soft_triangles(const struct soft_block *block, struct soft_scratch *s, uint32_t first,
                         uint32_t count);
-
-/* Projects a leaf block's vertices. fails (false): no memory */
-bool spv_soft_project(const struct soft_block *block, struct soft_scratch *s);
 
 /* ---- what is hidden ---------------------------------------------------------------------------- */
 

@@ -135,13 +135,19 @@ uint32_t spv_soft_gather(const struct soft_block *b, struct soft_scratch *s, uin
         memset(s->pass, triangles, n);
     else
         (wide ? test_wide : test_plain)(&in, records, n, triangles, s->pass);
-    for (uint32_t i = 0; i < n; i++) {      /* written first, kept if it counts: no branch */
-        const uint8_t *r = records + (size_t)SPC_NODE_BYTES * i;
-        s->index[count] = first + i;
-        s->record[0][count] = load_u32(r);
-        s->record[1][count] = load_u32(r + 4);
-        s->record[2][count] = load_u32(r + 12);
-        count += s->pass[i];
+    memset(s->pass + n, 0, SOFT_STRIDE);
+    for (uint32_t i = 0; i < n; i += SOFT_STRIDE) {
+        const uint32_t end = n - i < SOFT_STRIDE ? n : i + SOFT_STRIDE;
+        if (load_u64(s->pass + i) == 0)         /* as often: of what is near each other much fails together */
+            continue;
+        for (uint32_t k = i; k < end; k++) {    /* written first, kept if it counts: no branch */
+            const uint8_t *r = records + (size_t)SPC_NODE_BYTES * k;
+            s->index[count] = first + k;
+            s->record[0][count] = load_u32(r);
+            s->record[1][count] = load_u32(r + 4);
+            s->record[2][count] = load_u32(r + 12);
+            count += s->pass[k];
+        }
     }
     if (count > 0) {
         make_decode(b, in.step, &d);

@@ -78,7 +78,8 @@ SPV_INLINE void project_body(const struct soft_block *b, const struct lattice *l
     }
 }
 
-bool spv_soft_project(const struct soft_block *b, struct soft_scratch *s)
+/* fails (false): no memory */
+static bool project(const struct soft_block *b, struct soft_scratch *s)
 {
     struct lattice l;
     if (s->vertices_max < b->b.vertex_count) {
@@ -96,6 +97,7 @@ bool spv_soft_project(const struct soft_block *b, struct soft_scratch *s)
         project_body(b, &l, 4, s->vertices);
     else
         project_body(b, &l, 8, s->vertices);
+    s->projected = true;
     return true;
 }
 
@@ -326,20 +328,26 @@ static void draw_far(const struct soft_block *b, struct triangle *t)
     draw_any(t, v);
 }
 
+SPV_INLINE double less(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+SPV_INLINE double more(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 /* The rectangle in the tile; false when there is none. *ordinary: float32 will do. */
 SPV_INLINE bool place(struct triangle *t, bool *ordinary)
 {
     const struct soft_vertex *v = t->v;
     const struct spv_tile *tile = &t->frame->tile;
     const double margin = (double)SOFT_MARGIN_PX;
-    const double left = (v[0].x < v[1].x ? v[0].x < v[2].x ? v[0].x : v[2].x
-                                         : v[1].x < v[2].x ? v[1].x : v[2].x) - margin;
-    const double right = (v[0].x > v[1].x ? v[0].x > v[2].x ? v[0].x : v[2].x
-                                          : v[1].x > v[2].x ? v[1].x : v[2].x) + margin;
-    const double top = (v[0].y < v[1].y ? v[0].y < v[2].y ? v[0].y : v[2].y
-                                        : v[1].y < v[2].y ? v[1].y : v[2].y) - margin;
-    const double bottom = (v[0].y > v[1].y ? v[0].y > v[2].y ? v[0].y : v[2].y
-                                           : v[1].y > v[2].y ? v[1].y : v[2].y) + margin;
+    const double left = less(v[0].x, less(v[1].x, v[2].x)) - margin;
+    const double right = more(v[0].x, more(v[1].x, v[2].x)) + margin;
+    const double top = less(v[0].y, less(v[1].y, v[2].y)) - margin;
+    const double bottom = more(v[0].y, more(v[1].y, v[2].y)) + margin;
     *ordinary = v[0].w > 0 && v[1].w > 0 && v[2].w > 0 && right - left < PLAIN_PX &&
                 bottom - top < PLAIN_PX;
     if (!*ordinary)
@@ -395,15 +403,18 @@ SPV_WIDE static void draw_wide(const struct soft_block *b, struct soft_scratch *
     draw_body(b, s, count);
 }
 
-void spv_soft_triangles(const struct soft_block *b, struct soft_scratch *s, uint32_t first,
+bool spv_soft_triangles(const struct soft_block *b, struct soft_scratch *s, uint32_t first,
                         uint32_t count)
 {
     for (uint32_t at = 0; at < count; at += SOFT_CHUNK) {
         const uint32_t n = count - at < SOFT_CHUNK ? count - at : SOFT_CHUNK;
         const uint32_t k = spv_soft_gather(b, s, first + at, n, true);
         s->counts.triangles += k;
+        if (k > 0 && !s->projected && !project(b, s))
+            return false;
         if (b->frame->paint != SPV_PAINT_SCAN)
             spv_soft_colors(b, s, k, true);
         (b->frame->wide ? draw_wide : draw_plain)(b, s, k);
     }
+    return true;
 }
