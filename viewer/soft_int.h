@@ -95,8 +95,8 @@ struct soft_scratch {               /* one a thread */
     int x0[SOFT_CHUNK], x1[SOFT_CHUNK], y0[SOFT_CHUNK], y1[SOFT_CHUNK];     /* px, inclusive */
     uint32_t color[SOFT_CHUNK];
     int flat[SOFT_CHUNK];           /* one light for all of it */
-    int small[SOFT_CHUNK];          /* 1: few pixels, of one light; 0: more; -1: none */
-    uint32_t list[SOFT_CHUNK];      /* of nodes of one kind */
+    int small[SOFT_CHUNK];          /* 2: one pixel, 1: few, of one light; 0: more; -1: none */
+    uint32_t ones[SOFT_CHUNK], list[SOFT_CHUNK];        /* nodes of one pixel, and of another kind */
     struct soft_pairs pairs;
 };
 

@@ -76,7 +76,7 @@ SPV_INLINE void bounds_body(const struct splats *all, struct soft_scratch *s, ui
         const int y0 = first_px(py0, p->zero, high), y1 = last_px(py1, p->zero, high);
         const int some = (z + half_z > p->near) & (x0 <= x1) & (y0 <= y1);
         const int small = (soft_max(px1 - px0, py1 - py0) <= p->flat_px) & (x1 - x0 < SMALL_PX) & (y1 - y0 < SMALL_PX);
-        s->small[i] = (small & some) + some - 1;
+        s->small[i] = (small & some) + (small & some & (x0 == x1) & (y0 == y1)) + some - 1;
         s->x0[i] = x0;
         s->x1[i] = x1;
         s->y0[i] = y0;
@@ -287,11 +287,18 @@ SPV_INLINE void add_splat(const struct splats *p, struct soft_scratch *s, uint32
 
 SPV_INLINE void draw_small(const struct splats *p, struct soft_scratch *s, uint32_t count)
 {
-    uint32_t n = 0;
+    struct soft_pairs *pairs = &s->pairs;
+    uint32_t ones = 0, n = 0, at = 0;
     for (uint32_t i = 0; i < count; i++) {
-        s->list[n] = i;
-        n += s->small[i] > 0;
+        s->ones[ones] = s->list[n] = i;
+        ones += s->small[i] == 2;
+        n += s->small[i] == 1;
     }
+    for (uint32_t k = 0; k < ones; k++) {
+        const uint32_t i = s->ones[k];
+        at = add_pair(p, pairs, at, i, s->x0[i], s->y0[i], soft_bits(s->w_max[i]), true);
+    }
+    pairs->count = at;
     for (uint32_t k = 0; k < n; k++) {
         add_splat(p, s, s->list[k]);
         if (s->pairs.count > SOFT_PAIRS - SMALL_PX * SMALL_PX - 1)
