@@ -288,8 +288,11 @@ SPV_INLINE void add_splat(const struct splats *p, struct soft_scratch *s, uint32
 SPV_INLINE void draw_small(const struct splats *p, struct soft_scratch *s, uint32_t count)
 {
     struct soft_pairs *pairs = &s->pairs;
+    const size_t last = (size_t)p->width * (size_t)p->height - 1;      /* those without pixels may begin behind it */
     uint32_t ones = 0, n = 0, at = 0;
     for (uint32_t i = 0; i < count; i++) {
+        const size_t first = (size_t)s->y0[i] * (size_t)p->width + (size_t)s->x0[i];
+        __builtin_prefetch((const void *)&p->frame->words[first < last ? first : last]);
         s->ones[ones] = s->list[n] = i;
         ones += s->small[i] == 2;
         n += s->small[i] == 1;
