@@ -49,8 +49,8 @@ static const struct option LONG[] = {
     {"background", 1, NULL, PICTURE_BACKGROUND}, {"no-cull", 0, NULL, PICTURE_NO_CULL},
     {"memory", 1, NULL, PICTURE_MEMORY}, {"script", 1, NULL, OPT_SCRIPT}, {"stats", 1, NULL, OPT_STATS},
     {"screenshot", 1, NULL, OPT_SCREENSHOT}, {"fps", 1, NULL, OPT_FPS}, {"offscreen", 0, NULL, OPT_OFFSCREEN},
-    {"json", 0, NULL, OPT_JSON}, {"samples", 1, NULL, OPT_SAMPLES}, {"nodes", 1, NULL, OPT_NODES}, {"help", 2, NULL, 'h'},
-    {"version", 0, NULL, 'V'}, {0},
+    {"json", 0, NULL, OPT_JSON}, {"samples", 1, NULL, OPT_SAMPLES}, {"nodes", 1, NULL, OPT_NODES},
+    {"help", 2, NULL, 'h'}, {"version", 0, NULL, 'V'}, {0},
 };
 
 static int take_option(int c, const char *value, struct view_options *o)
