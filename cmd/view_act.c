@@ -137,7 +137,7 @@ static void next_paint(struct view *v)
 {
     static const char *const names[SPV_PAINT_COUNT] = {"the scan's colours", "a colour a cluster",
                                                        "a colour a level of the hierarchy",
-                                                       "a colour a normal cluster", "points blue, triangles orange"};
+                                                       "a colour a normal cluster", "points orange, triangles blue"};
     v->paint = (enum spv_paint)((v->paint + 1) % SPV_PAINT_COUNT);
     view_say(v, "%s", names[v->paint]);
 }
