@@ -169,9 +169,11 @@ static enum spc_status begin(struct view *v, struct spc_error *err)
     v->splat = p->splat;
     v->statistics = v->smooth = true;
     v->drawn_samples = 1;
-    v->times.began = cli_seconds();
+    const double asked = cli_seconds();
     spv_pace_init(&v->pace, p->eps_px, v->o.nodes > 0 ? v->o.nodes : v->o.fps > 0 ? 1 / v->o.fps : 0);
     enum spc_status status = open_window(v, err);
+    v->times.began = cli_seconds();
+    v->times.window_ms = 1e3 * (v->times.began - asked);
     const double scale = v->window != NULL ? spv_window_scale(v->window) : 1;
     if (status == SPC_OK)
         status = spv_text_create((int)(SPV_TEXT_LINE_DEFAULT * scale), &v->text, err);

@@ -35,7 +35,8 @@ struct view_options {
 enum { VIEW_MESSAGE = 512, VIEW_STILL_SAMPLES = 2 };
 
 struct view_times {                 /* of the session */
-    double began;                   /* just before the window was asked for, cli_seconds */
+    double window_ms;               /* to make the window, with its context */
+    double began;                   /* when the window was there, cli_seconds */
     double first_ms;                /* from then to the first picture; 0: not yet */
     uint64_t first_bytes;           /* read of the archives by then */
     double settled_ms;              /* to the first picture that lacked nothing */
