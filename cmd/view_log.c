@@ -68,7 +68,8 @@ int view_log_end(struct view *v, int code)
     if (!v->o.json)
         return code;
     json_t *out = json_pack("{s:s, s:I, s:f, s:f, s:I, s:f, s:I, s:I}", "renderer",
-                            v->draw != NULL ? spv_draw_name(v->draw) : "none", "frames", (json_int_t)t->frames, "window_ms", t->window_ms,
+                            v->draw != NULL ? spv_draw_name(v->draw) : "none", "frames", (json_int_t)t->frames,
+                            "window_ms", t->window_ms,
                             "first_picture_ms", t->first_ms, "first_picture_bytes", (json_int_t)t->first_bytes,
                             "whole_picture_ms", t->settled_ms, "whole_picture_bytes", (json_int_t)t->settled_bytes,
                             "bytes_read", (json_int_t)t->bytes);

@@ -35,7 +35,7 @@ struct gl_block {
     GLuint buffer, textures[VIEW_COUNT];
     struct spc_block_layout l;
     int64_t vertex_base[3];
-    uint8_t facts[];                /* kept: [node_count][2], e_parent; else groups of the payload */
+    uint8_t facts[];                /* groups of the payload; kept: behind them [node_count][2], e_parent */
 };
 
 struct gl_part {                    /* of the frame */

@@ -233,14 +233,11 @@ static const uint8_t *decode(const struct soft_frame *f, struct worker *w, const
 static void choose_nodes(const struct soft_block *b, bool kept, struct spv_ranges *out)
 {
     const struct soft_frame *f = b->frame;
-    const uint8_t *codes = b->payload + b->l.nodes + ND_E_PARENT;
-    if (!kept) {
-        spv_visible_ranges(f->reader, f->tested, &b->b, &b->c, b->tested_eye, b->payload + b->l.groups, out);
-        return;
-    }
-    out->first[0] = 0;
-    out->nodes[0] = (int)spv_kept_prefix(f->tested, &b->b, &b->c, b->tested_eye, codes, SPC_NODE_BYTES);
-    out->count = out->nodes[0] > 0;
+    const uint8_t *codes = b->payload + b->l.nodes + ND_E_PARENT, *groups = b->payload + b->l.groups;
+    if (kept)
+        spv_kept_ranges(f->reader, f->tested, &b->b, &b->c, b->tested_eye, codes, SPC_NODE_BYTES, groups, out);
+    else
+        spv_visible_ranges(f->reader, f->tested, &b->b, &b->c, b->tested_eye, groups, out);
 }
 
 static bool draw_decoded(const struct soft_block *b, bool kept, struct soft_scratch *s, struct spc_error *err)

@@ -211,12 +211,12 @@ static enum spc_status draw_item(const struct gl_frame *f, const struct placing 
     const struct spc_header *h = at->part->header;
     const enum spv_mode mode = f->in->view->mode;
     struct drawing d = {.at = at, .on_card = item->kept};
-    struct spv_ranges ranges = {.count = 1};
+    struct spv_ranges ranges;
     spc_reader_block(reader, item->block, &d.b);
     const bool kept = item->kept != NULL && f->in->options->paint != SPV_PAINT_NORMALS;     /* which it cannot tell */
     if (kept) {
-        ranges.nodes[0] = (int)spv_kept_prefix(f->in->tested, &d.b, &at->c, at->eye_tested, d.on_card->facts, 2);
-        ranges.count = ranges.nodes[0] > 0;
+        const uint8_t *groups = d.on_card->facts, *codes = groups + 4 * (size_t)h->normal_clusters;
+        spv_kept_ranges(reader, f->in->tested, &d.b, &at->c, at->eye_tested, codes, 2, groups, &ranges);
     } else {
         const enum spc_status status = spv_gl_stream(f->gl, reader, item->block, &d.on_card, err);
         if (status != SPC_OK)

@@ -43,11 +43,10 @@ static enum spc_status block_fill(const struct spv_gl *gl, struct gl_block *to, 
     spc_block_layout(b, h->flags, h->normal_clusters, &to->l);
     if (to->l.indices && to->l.bytes / 4 > gl->texels_max)
         return spc_fail(err, SPC_FEATURE, SPC_NO_OFF, "OpenGL's texture buffers are too small");
-    if (usage == GL_STREAM_DRAW)
-        memcpy(to->facts, payload + to->l.groups, 4 * (size_t)h->normal_clusters);
-    else
-        for (uint32_t i = 0; i < b->node_count; i++)
-            memcpy(to->facts + 2 * (size_t)i, payload + to->l.nodes + (size_t)SPC_NODE_BYTES * i + ND_E_PARENT, 2);
+    memcpy(to->facts, payload + to->l.groups, 4 * (size_t)h->normal_clusters);
+    uint8_t *codes = to->facts + 4 * (size_t)h->normal_clusters;
+    for (uint32_t i = 0; i < b->node_count && usage != GL_STREAM_DRAW; i++)
+        memcpy(codes + 2 * (size_t)i, payload + to->l.nodes + (size_t)SPC_NODE_BYTES * i + ND_E_PARENT, 2);
     f->BindBuffer(GL_ARRAY_BUFFER, to->buffer);
     f->BufferData(GL_ARRAY_BUFFER, (GLsizeiptr)to->l.bytes, payload, usage);
     if (to->l.indices == 0)
@@ -68,7 +67,8 @@ void *spv_gl_keep(struct spv_draw *draw, const struct spc_reader *reader, uint32
     struct spc_block b;
     spc_reader_block(reader, block, &b);
     spv_gl_check(gl, NULL);         /* so that what follows is this block's */
-    struct gl_block *kept = block_create(gl, 2 * (size_t)b.node_count);
+    struct gl_block *kept = block_create(gl, 4 * (size_t)spc_reader_header(reader)->normal_clusters +
+                                                       2 * (size_t)b.node_count);
     if (kept != NULL && (block_fill(gl, kept, reader, &b, payload, GL_STATIC_DRAW, NULL) != SPC_OK ||
                          spv_gl_check(gl, NULL) != SPC_OK)) {
         block_free(gl, kept);

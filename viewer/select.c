@@ -283,6 +283,15 @@ enum spc_status spv_select(const struct spc_reader *reader, const struct spv_vie
     return status;
 }
 
+bool spv_group_behind(const struct spc_reader *reader, const struct spc_cluster *c, const double eye[3], uint32_t g,
+                      const uint8_t *groups)
+{
+    const double cosine = (int16_t)load_u16(groups + 4 * (size_t)g + 2) / 32767.0;
+    double axis[3];
+    spc_reader_axis(reader, g, axis);
+    return spv_all_behind(eye, c->sphere, axis, cosine);
+}
+
 void spv_visible_ranges(const struct spc_reader *reader, const struct spv_view *view,
                         const struct spc_block *b, const struct spc_cluster *c,
                         const double eye[3], const uint8_t *groups, struct spv_ranges *out)
@@ -297,11 +306,8 @@ void spv_visible_ranges(const struct spc_reader *reader, const struct spv_view *
     }
     for (uint32_t g = 0; g < spc_reader_header(reader)->normal_clusters; g++) {
         const int nodes = load_u16(groups + 4 * g);
-        const double cosine = (int16_t)load_u16(groups + 4 * g + 2) / 32767.0;
         const uint32_t last = out->count - 1;
-        double axis[3];
-        spc_reader_axis(reader, g, axis);
-        if (nodes > 0 && !spv_all_behind(eye, c->sphere, axis, cosine)) {
+        if (nodes > 0 && !spv_group_behind(reader, c, eye, g, groups)) {
             if (out->count > 0 && out->first[last] + out->nodes[last] == at)
                 out->nodes[last] += nodes;
             else {

@@ -67,6 +67,10 @@ bool spv_culls_back(const struct spc_reader *reader, const struct spv_view *view
 bool spv_all_behind(const double eye[3], const float sphere[4], const double axis[3],
                     double cosine);
 
+/* The same for normal cluster g of a decoded block; groups: of its payload. */
+bool spv_group_behind(const struct spc_reader *reader, const struct spc_cluster *cluster, const double eye[3],
+                      uint32_t g, const uint8_t *groups);
+
 struct spv_ranges {                 /* of a block's nodes */
     uint32_t count;
     int first[SPV_RANGES_MAX], nodes[SPV_RANGES_MAX];
