@@ -80,10 +80,9 @@ static void place_families(struct columns *c, uint32_t count[SPC_NORMAL_CLUSTERS
     for (uint32_t f = 0; f < c->family_count; f++) {
         const struct spc_family *family = &c->families[f];
         for (uint32_t k = 0; k < family->size; k++, node++) {
+            const bool child = c->block->kind == SPC_BLOCK_INNER && family->parent != COLUMNS_NO_NODE;
             c->place[node] = next[family->group]++;
-            c->like[node] = family->parent;
-            if (c->block->kind == SPC_BLOCK_LEAF)
-                c->like[node] = (uint16_t)(node - 1);   /* the first: NO_NODE */
+            c->like[node] = child ? family->parent : (uint16_t)(node - 1);  /* the first: NO_NODE */
         }
     }
 }
@@ -135,10 +134,31 @@ static void put_groups(const struct columns *c, struct buffers *b, struct planes
     planes_put8(w, b->byte, c->family_count);
 }
 
+/* What a family's e_parent and link are told from: its largest t, rounded up, and radius. */
+static uint16_t family_error(const struct columns *c, const uint8_t *payload, uint32_t first, uint32_t size)
+{
+    uint16_t t = 0;
+    for (uint32_t k = first; k < first + size; k++) {
+        const uint16_t e = load_u16(node_in(c, payload, k) + ND_E_SELF);
+        t = e > t ? e : t;
+    }
+    return (uint16_t)(((uint32_t)t + (1u << c->e_shift) - 1) >> c->e_shift);
+}
+
+static uint8_t family_link(const struct columns *c, const uint8_t *payload, uint32_t first, uint32_t size)
+{
+    uint16_t radius = 0;
+    for (uint32_t k = first; k < first + size; k++) {
+        const uint16_t r = load_u16(node_in(c, payload, k) + ND_RADIUS);
+        radius = r > radius ? r : radius;
+    }
+    return spc_link_bound((double)spc_len_decode(radius), c->block->link_base);
+}
+
 static void put_inner_families(const struct columns *c, const uint8_t *payload, struct buffers *b,
                                struct planes_writer *w)
 {
-    uint32_t orphans = 0, nodes = 0, first = 0;
+    uint32_t orphans = 0, first = 0;
     for (uint32_t i = 0; i < c->n; i++)
         b->byte[i] = (uint8_t)child_code_at(c, payload, i);
     for (uint32_t f = 0; f < c->family_count; f++)
@@ -152,27 +172,12 @@ static void put_inner_families(const struct columns *c, const uint8_t *payload, 
     for (uint32_t f = 0; f < c->family_count; first += c->families[f++].size) {
         if (c->families[f].parent != COLUMNS_NO_NODE)
             continue;
-        b->word[orphans++] =
-            (uint16_t)(load_u16(node_in(c, payload, first) + ND_E_PARENT) >> c->e_shift);
-        for (uint32_t k = 0; k < c->families[f].size; k++)
-            b->byte[nodes++] = node_in(c, payload, first + k)[ND_LINK];
+        const uint8_t *p = node_in(c, payload, first);
+        b->word[orphans] = (uint16_t)(load_u16(p + ND_E_PARENT) >> c->e_shift);
+        b->byte[orphans++] = (uint8_t)(p[ND_LINK] - family_link(c, payload, first, c->families[f].size));
     }
     planes_put16(w, b->word, orphans);
-    planes_put8(w, b->byte, nodes);
-}
-
-/* What a family's e_parent and link are told from: the largest t, rounded up, and radius. */
-static void family_base(const struct columns *c, const uint8_t *payload, uint32_t first,
-                        uint32_t size, uint16_t *e, uint8_t *link)
-{
-    uint16_t t = 0, radius = 0;
-    for (uint32_t k = first; k < first + size; k++) {
-        const uint8_t *p = node_in(c, payload, k);
-        t = load_u16(p + ND_E_SELF) > t ? load_u16(p + ND_E_SELF) : t;
-        radius = load_u16(p + ND_RADIUS) > radius ? load_u16(p + ND_RADIUS) : radius;
-    }
-    *e = (uint16_t)(((uint32_t)t + (1u << c->e_shift) - 1) >> c->e_shift);
-    *link = spc_link_bound((double)spc_len_decode(radius), c->block->link_base);
+    planes_put8(w, b->byte, orphans);
 }
 
 static void put_leaf_families(const struct columns *c, const uint8_t *payload, struct buffers *b,
@@ -184,12 +189,10 @@ static void put_leaf_families(const struct columns *c, const uint8_t *payload, s
     planes_put8(w, b->byte, c->family_count);
     put_groups(c, b, w);
     for (uint32_t f = 0; f < c->family_count; first += c->families[f++].size) {
-        uint16_t e;
-        uint8_t link;
-        family_base(c, payload, first, c->families[f].size, &e, &link);
-        b->word[f] = (uint16_t)((load_u16(node_in(c, payload, first) + ND_E_PARENT) >>
-                                 c->e_shift) - e);
-        b->byte[f] = (uint8_t)(node_in(c, payload, first)[ND_LINK] - link);
+        const uint32_t size = c->families[f].size;
+        const uint8_t *p = node_in(c, payload, first);
+        b->word[f] = (uint16_t)((load_u16(p + ND_E_PARENT) >> c->e_shift) - family_error(c, payload, first, size));
+        b->byte[f] = (uint8_t)(p[ND_LINK] - family_link(c, payload, first, size));
     }
     planes_put16(w, b->word, c->family_count);
     planes_put8(w, b->byte, c->family_count);
@@ -347,11 +350,11 @@ static void store_counts(const struct columns *c, const uint32_t *count, uint8_t
         store_u16(payload + c->layout->groups + 4 * g, (uint16_t)count[g]);
 }
 
-/* kids[n] is read first; byte and word are free then. */
+/* kids[n] is read first; byte and word are free then. Links stay in byte: finish_families. */
 static bool get_inner_families(struct columns *c, struct planes_reader *r, uint8_t *kids,
                                struct buffers *b, uint8_t *payload)
 {
-    uint32_t count[SPC_NORMAL_CLUSTERS_MAX], orphans = 0, nodes = 0, first = 0;
+    uint32_t count[SPC_NORMAL_CLUSTERS_MAX], orphans = 0, first = 0;
     planes_get8(r, kids, c->n);
     planes_get8(r, b->byte, c->family_count);
     if (!kids_ok(kids, c->n) || !replay(c, kids, b->byte, b->word) || !get_groups(c, b, r))
@@ -362,22 +365,16 @@ static bool get_inner_families(struct columns *c, struct planes_reader *r, uint8
         payload[c->layout->children + c->place[i] / 2] |=
             (uint8_t)((kids[i] & KID_CODE) << 4 * (c->place[i] & 1));
     for (uint32_t f = 0; f < c->family_count; f++)
-        if (c->families[f].parent == COLUMNS_NO_NODE) {
-            orphans++;
-            nodes += c->families[f].size;
-        }
+        orphans += c->families[f].parent == COLUMNS_NO_NODE;
     planes_get16(r, b->word, orphans);
-    planes_get8(r, b->byte, nodes);
-    orphans = nodes = 0;
+    planes_get8(r, b->byte, orphans);
+    orphans = 0;
     for (uint32_t f = 0; f < c->family_count; first += c->families[f++].size) {
         if (c->families[f].parent != COLUMNS_NO_NODE)
             continue;
-        for (uint32_t k = 0; k < c->families[f].size; k++) {
-            uint8_t *p = node_at(c, payload, first + k);
-            store_u16(p + ND_E_PARENT, (uint16_t)(b->word[orphans] << c->e_shift));
-            p[ND_LINK] = b->byte[nodes++];
-        }
-        orphans++;
+        const uint16_t e_parent = (uint16_t)(b->word[orphans++] << c->e_shift);
+        for (uint32_t k = first; k < first + c->families[f].size; k++)
+            store_u16(node_at(c, payload, k) + ND_E_PARENT, e_parent);
     }
     return true;
 }
@@ -402,6 +399,22 @@ static bool get_leaf_families(struct columns *c, struct planes_reader *r, struct
     return true;
 }
 
+static void store_link(const struct columns *c, uint8_t *payload, uint32_t first, uint32_t size, uint8_t more)
+{
+    const uint8_t link = (uint8_t)(more + family_link(c, payload, first, size));
+    for (uint32_t k = first; k < first + size; k++)
+        node_at(c, payload, k)[ND_LINK] = link;
+}
+
+/* Links of families whose parents lie elsewhere, once their radii are there. */
+static void finish_inner_families(const struct columns *c, const struct buffers *b, uint8_t *payload)
+{
+    uint32_t orphans = 0, first = 0;
+    for (uint32_t f = 0; f < c->family_count; first += c->families[f++].size)
+        if (c->families[f].parent == COLUMNS_NO_NODE)
+            store_link(c, payload, first, c->families[f].size, b->byte[orphans++]);
+}
+
 /* e_parent and link of leaves, once their t and radius are there. */
 static bool finish_leaf_families(const struct columns *c, const struct buffers *b,
                                  uint8_t *payload)
@@ -409,16 +422,12 @@ static bool finish_leaf_families(const struct columns *c, const struct buffers *
     uint32_t first = 0;
     bool ok = true;
     for (uint32_t f = 0; f < c->family_count; first += c->families[f++].size) {
-        uint16_t e;
-        uint8_t link;
-        family_base(c, payload, first, c->families[f].size, &e, &link);
-        const uint32_t e_parent = ((uint32_t)e + b->word[f]) << c->e_shift;
+        const uint32_t size = c->families[f].size;
+        const uint32_t e_parent = ((uint32_t)family_error(c, payload, first, size) + b->word[f]) << c->e_shift;
         ok &= e_parent <= SPC_LEN_ROOT;
-        for (uint32_t k = first; k < first + c->families[f].size; k++) {
-            uint8_t *p = node_at(c, payload, k);
-            store_u16(p + ND_E_PARENT, (uint16_t)e_parent);
-            p[ND_LINK] = (uint8_t)(b->byte[f] + link);
-        }
+        for (uint32_t k = first; k < first + size; k++)
+            store_u16(node_at(c, payload, k) + ND_E_PARENT, (uint16_t)e_parent);
+        store_link(c, payload, first, size, b->byte[f]);
     }
     return ok;
 }
@@ -445,10 +454,12 @@ static enum spc_status get_all(struct columns *c, struct planes_reader *r, uint8
         return corrupt(c, "families", err);
     status = c->triangles ? triangle_columns_get(c, r, payload, err)
                           : node_columns_get(c, r, payload, err);
-    if (status == SPC_OK && !inner && !finish_leaf_families(c, b, payload))
-        status = corrupt(c, "errors of leaves", err);
     if (status != SPC_OK)
         return status;
+    if (inner)
+        finish_inner_families(c, b, payload);
+    else if (!finish_leaf_families(c, b, payload))
+        return corrupt(c, "errors of leaves", err);
     uint16_t cosine[SPC_NORMAL_CLUSTERS_MAX];
     planes_get16(r, cosine, c->frame->normal_clusters);
     for (uint32_t g = 0; g < c->frame->normal_clusters; g++)

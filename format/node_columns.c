@@ -1,9 +1,10 @@
 /*
  * node_columns.c - nodes told from the nodes they are like (spec section 6.4.2).
  *
- * In an inner block that is the parent; in a block of leaves without triangles the leaf before.
- * Radii and errors shrink, normals turn little, and a centre lies within the parent's disk, on a
- * lattice as coarse as the node's own radius allows: small numbers all of them.
+ * In an inner block that is the parent, where it lies in the block; else, and in a block of leaves
+ * without triangles, the node before. Radii and errors shrink, normals turn little, and a centre lies
+ * within the parent's disk or beside a neighbour's, on a lattice as coarse as the node's own radius
+ * allows: small numbers all of them.
  */
 #include "columns.h"
 
@@ -211,12 +212,13 @@ static void *arrays_create(uint32_t n, struct node_arrays *out)
     return word;
 }
 
-static void get_node(const struct columns *c, const struct node_arrays *in, uint32_t i,
+/* child: its model is its parent. */
+static void get_node(const struct columns *c, const struct node_arrays *in, uint32_t i, bool child,
                      double scale, uint8_t *payload)
 {
     uint8_t *p = payload + c->layout->nodes + (size_t)ND_SIZE * c->place[i];
     const uint8_t *model = model_of(c, payload, i);
-    const bool inner = c->block->kind == SPC_BLOCK_INNER, child = inner && model != NOTHING;
+    const bool inner = c->block->kind == SPC_BLOCK_INNER;
     const uint32_t radius = (uint32_t)(load_u16(model + ND_RADIUS) >> c->radius_shift) -
                             unzigzag16(in->radius[i]);
     store_u16(p + ND_RADIUS, (uint16_t)(radius << c->radius_shift));
@@ -260,8 +262,12 @@ enum spc_status node_columns_get(const struct columns *c, struct planes_reader *
     for (int k = 0; k < 4 && c->layout->colors; k++)
         planes_get8(r, in.color[k], c->n);
     const double scale = ldexp(1, c->block->step_exp - c->frame->unit_exp);
-    for (uint32_t i = 0; i < c->n; i++)
-        get_node(c, &in, i, scale, payload);
+    for (uint32_t f = 0, i = 0; f < c->family_count; f++) {
+        const struct spc_family *family = &c->families[f];
+        const bool child = c->block->kind == SPC_BLOCK_INNER && family->parent != COLUMNS_NO_NODE;
+        for (const uint32_t end = i + family->size; i < end; i++)
+            get_node(c, &in, i, child, scale, payload);
+    }
     free(memory);
     return SPC_OK;
 }

@@ -120,21 +120,24 @@ static double link_inside(const struct verify *v, const struct frame *f, uint32_
     return (double)spc_link_decode(spc_link_bound(need, b.link_base), b.link_base);
 }
 
-/* Leaves of one family share their link. */
+/* Leaves of one family share their link, and so do inner nodes whose parent lies in another block. */
 static enum spc_status check_families(struct verify *v, const struct frame *f,
                                       struct spc_error *err)
 {
     const struct spc_tree *t = f->tree;
-    double *shared = malloc(((size_t)t->node_count + 1) * sizeof *shared);  /* tops last */
+    double *shared = malloc(2 * ((size_t)t->inner_count + 1) * sizeof *shared);     /* by kind; tops last */
     if (shared == NULL)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to verify cluster %u", f->id);
-    for (uint32_t i = 0; i <= t->node_count; i++)
+    for (uint32_t i = 0; i < 2 * (t->inner_count + 1); i++)
         shared[i] = -1;
-    for (uint32_t node = t->inner_count; node < t->node_count; node++) {
+    for (uint32_t node = 0; node < t->node_count; node++) {
+        const bool leaf = node >= t->inner_count;
         const uint32_t parent = t->parent[node];
-        double *of = &shared[parent == SPC_PARENT_OWNER ? t->node_count : parent];
+        double *of = &shared[2 * (parent == SPC_PARENT_OWNER ? t->inner_count : parent) + leaf];
+        if (!leaf && parent != SPC_PARENT_OWNER && t->block_of[node] == t->block_of[parent])
+            continue;
         if (*of >= 0 && *of != t->nodes[node].link)
-            fault(v, L3_LINKS, f, node, "leaves of a family have different links");
+            fault(v, L3_LINKS, f, node, "nodes of a family that is told alone have different links");
         *of = t->nodes[node].link;
     }
     free(shared);

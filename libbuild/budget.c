@@ -1,5 +1,6 @@
 #include "budget.h"
 
+#include "pack.h"
 #include "points.h"
 #include "tree.h"
 
@@ -7,7 +8,7 @@ enum {
     FIXED_BYTES = 12 << 20,         /* code, libraries, what malloc loses */
     FACES_AN_EXTENT_BYTE = 8,       /* lists of extents, and the plan */
     LIST_A_CLUSTER = 1200,          /* until the archive is written, its directory included */
-    LIST_A_BLOCK = 250,
+    LIST_A_BLOCK = 250,             /* likewise */
     PART_BYTES_A_FACE = 32 + 3 * (int)sizeof(struct spb_node) / 2,      /* beside the record: keys, nodes */
     PACKING_A_NODE = 520,           /* scratch.h, and the coder's payload */
     PACKING_FIXED = 5 << 20,        /* a thread: zstd's tables, its heap with what that loses, its stack */
@@ -63,7 +64,8 @@ static uint64_t list_bytes(const struct spb_budget_input *in)
     const uint64_t room = in->faces * 5 / 2;
     const uint64_t points = in->points ? spb_points_lists(in->faces) : 0;
     return FIXED_BYTES + points + in->faces / FACES_AN_EXTENT_BYTE + room / in->cluster_nodes * LIST_A_CLUSTER +
-           room / at_most(in->cluster_nodes, in->block_nodes) * LIST_A_BLOCK;
+           (room / at_most(in->cluster_nodes, in->block_nodes) +
+            room / in->cluster_nodes * spb_pack_bands(in->cluster_nodes)) * LIST_A_BLOCK;
 }
 
 void spb_budget_make(const struct spb_budget_input *in, struct spb_budget *out)

@@ -37,6 +37,9 @@ enum spc_status spb_pack_shared_init(struct spb_pack_shared *shared,
                                      const struct spb_record_format *format, struct spc_error *err);
 void spb_pack_shared_release(struct spb_pack_shared *shared);
 
+/* Most blocks of a cluster of so many nodes, as long as none is over block_nodes. */
+uint32_t spb_pack_bands(uint32_t cluster_nodes);
+
 /* A tree being built, and the records of its leaves (nodes' link). */
 struct spb_pack_tree {
     const struct spb_pack_shared *shared;

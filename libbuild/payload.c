@@ -63,7 +63,7 @@ static void store_indices(const struct pack_block *b, const uint32_t *place, con
 /* ---- nodes ------------------------------------------------------------------------------------- */
 
 static void store_inner(const struct pack *p, const struct spc_block *b,
-                        const struct pack_family *family, uint32_t i, uint8_t *out)
+                        const struct pack_family *family, uint8_t link, uint32_t i, uint8_t *out)
 {
     const struct pack_inner *q = &p->inner[i];
     for (int a = 0; a < 3; a++) {
@@ -76,7 +76,7 @@ static void store_inner(const struct pack *p, const struct spc_block *b,
     store_u16(out + ND_E_PARENT, family->e_parent);
     store_u16(out + ND_RADIUS, q->radius_code);
     out[ND_HEIGHT] = q->height_code;
-    out[ND_LINK] = spc_link_encode_up(q->link, b->link_base);
+    out[ND_LINK] = link;
 }
 
 static void store_leaf(const struct pack *p, const struct pack_family *family, uint8_t link, uint32_t i,
@@ -187,13 +187,17 @@ static void place_nodes(const struct pack *p, const struct pack_block *pb, uint3
     }
 }
 
-static void fill_families(const struct pack *p, const struct pack_block *pb, uint32_t block,
-                          struct spc_family *out)
+/* Is the parent of a family of inner nodes in the same block? */
+static bool parent_is_here(const struct pack *p, const struct pack_family *family)
+{
+    return family->parent != PACK_OWNER && p->inner[family->parent].block == p->inner[family->first].block;
+}
+
+static void fill_families(const struct pack *p, const struct pack_block *pb, struct spc_family *out)
 {
     for (uint32_t f = 0; f < pb->family_count; f++) {
         const struct pack_family *family = pack_family_of(p, pb, f);
-        const bool here = family->parent != PACK_OWNER && pb->kind == SPC_BLOCK_INNER &&
-                          p->inner[family->parent].block == block;
+        const bool here = pb->kind == SPC_BLOCK_INNER && parent_is_here(p, family);
         out[f] = (struct spc_family){
             .parent = here ? p->inner[family->parent].number : UINT16_MAX,
             .size = (uint8_t)family->count, .group = (uint8_t)family->group};
@@ -216,18 +220,31 @@ static void copy_top(struct pack *p, enum spc_block_kind kind, uint32_t k, const
     c->top_count++;
 }
 
+/* Links of a family are one where its parent is elsewhere: nothing in the block would tell them apart. */
+static double longest_link(const struct pack *p, enum spc_block_kind kind, const struct pack_family *family)
+{
+    if (kind == SPC_BLOCK_LEAF)
+        return family->link;
+    double longest = 0;
+    for (uint32_t i = family->first; i < family->first + family->count; i++)
+        longest = larger_of(longest, p->inner[i].link);
+    return longest;
+}
+
 static void store_family(struct pack *p, const struct pack_block *pb, const struct pack_family *family,
                          const uint32_t *place, const struct spc_block *b,
                          const struct spc_block_layout *l, uint8_t *out)
 {
-    const uint8_t link = pb->kind == SPC_BLOCK_LEAF ? spc_link_encode_up(family->link, b->link_base) : 0;
+    const bool shared = pb->kind == SPC_BLOCK_LEAF || !parent_is_here(p, family);
+    const double longest = shared ? longest_link(p, pb->kind, family) : 0;
     for (uint32_t k = 0; k < family->count; k++) {
         const uint32_t i = family->first + k, at = place[k];
+        const uint8_t link = spc_link_encode_up(shared ? longest : p->inner[i].link, b->link_base);
         uint8_t *record = out + l->nodes + (size_t)ND_SIZE * at;
         if (pb->kind == SPC_BLOCK_LEAF)
             store_leaf(p, family, link, i, record);
         else
-            store_inner(p, b, family, i, record);
+            store_inner(p, b, family, link, i, record);
         if (family->parent == PACK_OWNER)
             copy_top(p, pb->kind, k, b, record);
         if (l->colors)
@@ -282,7 +299,7 @@ enum spc_status pack_payload(struct pack *p, uint32_t k, struct spc_error *err)
     if (payload == NULL || stored == NULL)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to pack a block");
     store_all(p, pb, &weld, base, b, &l, payload);
-    fill_families(p, pb, k, families);
+    fill_families(p, pb, families);
     status = spc_block_encode(b, &l, &p->frame, families, pb->family_count, payload, p->memory->encoder,
                               stored, err);
     return status != SPC_OK ? status

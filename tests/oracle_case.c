@@ -26,7 +26,7 @@ struct recipe {
     bool colors, paper;
 };
 
-enum { ALL = 1 << 20 };             /* nodes: everything in one cluster, or in one block a kind */
+enum { ALL = 1 << 20 };             /* nodes: everything in one cluster, of few blocks */
 
 static const struct recipe recipes[] = {
     {.name = "one triangle", .shape = SOUP, .faces = 1, .cluster_nodes = 16, .block_nodes = 16},
@@ -38,7 +38,7 @@ static const struct recipe recipes[] = {
      .block_nodes = 150, .points = true},
     {.name = "sphere, one cluster, zstd, points", .shape = SPHERE, .faces = 2400,
      .cluster_nodes = ALL, .block_nodes = 100, .codec = SPC_CODEC_ZSTD, .points = true},
-    {.name = "sphere, one block", .shape = SPHERE, .faces = 2400, .cluster_nodes = ALL,
+    {.name = "sphere, one cluster, 128 normals", .shape = SPHERE, .faces = 2400, .cluster_nodes = ALL,
      .block_nodes = 65535, .normal_clusters = 128},
     {.name = "soup, 16, zstd", .shape = SOUP, .faces = 1000, .cluster_nodes = 16,
      .block_nodes = 4, .codec = SPC_CODEC_ZSTD},

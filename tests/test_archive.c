@@ -94,6 +94,37 @@ START_TEST(archives_of_flat_thin_and_equal_triangles_verify)
 }
 END_TEST
 
+/* Inner nodes five times as many from block to block, one leaf of 64 apart: prefixes of every size. */
+START_TEST(blocks_are_bands_that_grow)
+{
+    struct case_mesh m = case_sphere(20000, 8);
+    struct spb_build_options o = case_options(case_write(&m, "a.ply"), case_path("a.spc"));
+    uint32_t count[2] = {0, 0}, first[2] = {0, 0}, last = 0;
+    o.cluster_nodes = 1 << 20;
+    o.block_nodes = 65535;
+    struct spc_reader *r = case_build(&o);
+    const struct spc_header *h = spc_reader_header(r);
+    case_verify(r);
+    ck_assert_uint_eq(h->cluster_count, 1);
+    for (uint32_t k = 0; k < h->block_count; k++) {
+        struct spc_block b;
+        spc_reader_block(r, k, &b);
+        first[b.kind] = count[b.kind]++ == 0 ? b.node_count : first[b.kind];
+        if (b.kind == SPC_BLOCK_LEAF)
+            continue;
+        ck_assert_msg(last == 0 || (b.node_count > last * 4 && b.node_count < last * 6),
+                      "%u nodes, and then %u", last, b.node_count);
+        last = b.node_count;
+    }
+    ck_assert_uint_ge(count[SPC_BLOCK_INNER], 3);
+    ck_assert(first[SPC_BLOCK_INNER] >= 52 && first[SPC_BLOCK_INNER] < 5 * 60);
+    ck_assert_uint_eq(count[SPC_BLOCK_LEAF], 2);
+    ck_assert(first[SPC_BLOCK_LEAF] >= m.face_count / 64 && first[SPC_BLOCK_LEAF] < m.face_count / 64 + 4);
+    spc_reader_close(r);
+    case_mesh_free(&m);
+}
+END_TEST
+
 /* ---- nothing is lost ---------------------------------------------------------------------------- */
 
 static int compare_corners(const void *a, const void *b)
@@ -466,7 +497,7 @@ END_TEST
 int main(void)
 {
     return SUITE("archive", case_start, case_finish, archives_of_every_shape_verify,
-                 archives_verify_with_every_option, archives_of_very_few_triangles_verify,
+                 archives_verify_with_every_option, archives_of_very_few_triangles_verify, blocks_are_bands_that_grow,
                  archives_of_flat_thin_and_equal_triangles_verify,
                  every_triangle_survives_within_half_a_lattice_step,
                  a_vertex_that_no_face_uses_does_not_coarsen_the_rest, subnormal_scans_build,

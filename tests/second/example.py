@@ -247,7 +247,9 @@ class Columns:
             [self.group(i) for i in self.firsts()]))
         self.next(lambda values: "<< e_shift %d: e_parent %s" % (p.e_shift, " ".join(
             "0x%04x" % (v << p.e_shift & 0xFFFF) for v in values)))
-        self.next(lambda values: "link codes")
+        orphans = [nodes[f.first:f.first + f.size] for f in self.b.families
+                   if f.parent is None]
+        self.next(lambda values: "\n".join(map(self.link, values, orphans)))
         self.node_columns(nodes)
 
     def kid(self, value):

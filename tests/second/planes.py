@@ -109,7 +109,8 @@ def read_planes(archive, b):
     b.groups = [Record() for _ in range(normal_clusters)]
     for g, cosine in zip(b.groups, cosines):
         g.count, g.cosine = 0, cosine - (cosine >> 15 << 16)
-    b.canonical, b.told = nodes, [f.size for f in families]
+    b.canonical, b.families = nodes, families
+    b.told = [f.size for f in families]
     b.nodes = []
     for f in sorted(families, key=lambda f: f.group):       # stable: canonical inside
         b.groups[f.group].count += f.size
@@ -137,20 +138,20 @@ def read_inner(archive, b, cursor, nodes):
     need(max(orphans) <= 4, "%s: orphans" % cursor.what)
     groups = read_groups(archive, cursor, count)
     errors = cursor.column(sum(1 for o in orphans if o), 2)
-    links = cursor.column(sum(orphans), 1)
+    links = cursor.column(sum(1 for o in orphans if o), 1)
     for node, kid in zip(nodes, kids):
         node.nibble, node.joined = kid & 15, kid >= 16
         need(node.nibble <= 12, "%s: kids" % cursor.what)
     families = replay_families(kids, orphans, groups, cursor.what)
-    set_orphans(b, families, nodes, errors, links)
-    model = [None] * n
-    for f in families:
-        model[f.first:f.first + f.size] = [f.parent] * f.size
-    read_node_columns(archive, b, cursor, nodes, model)
-    for i, node in enumerate(nodes):
-        if model[i] is not None:
-            parent = nodes[model[i]]
-            node.link = link_code(link_bound(archive, b, parent, node), b.link_base)
+    set_orphan_errors(b, families, nodes, errors)
+    parents = [f.parent for f in families for _ in range(f.size)]
+    read_node_columns(archive, b, cursor, nodes, parents)
+    for node, parent in zip(nodes, parents):
+        if parent is not None:
+            bound = link_bound(archive, b, nodes[parent], node)
+            node.link = link_code(bound, b.link_base)
+    set_links(b, [nodes[f.first:f.first + f.size] for f in families if f.parent is None],
+              links)
     return families
 
 
@@ -177,13 +178,19 @@ def replay_families(kids, orphans, groups, what):
     return families
 
 
-def set_orphans(b, families, nodes, errors, links):
-    errors, links = iter(errors), iter(links)
-    for f in families:
-        if f.parent is None:
-            e = next(errors) << b.prelude.e_shift & 0xFFFF
-            for node in nodes[f.first:f.first + f.size]:
-                node.e_parent, node.link = e, next(links)
+def set_orphan_errors(b, families, nodes, errors):
+    orphans = [f for f in families if f.parent is None]
+    for f, error in zip(orphans, errors):
+        for node in nodes[f.first:f.first + f.size]:
+            node.e_parent = error << b.prelude.e_shift & 0xFFFF
+
+
+def set_links(b, families, links):
+    """Of families whose nodes share their link."""
+    for members, link in zip(families, links):
+        floor = link_code(length_value(max(m.radius for m in members)), b.link_base)
+        for m in members:
+            m.link = (link + floor) & 0xFF
 
 
 def link_bound(archive, b, parent, node):
@@ -206,25 +213,25 @@ def read_leaves(archive, b, cursor, nodes):
         b.vertex_base = b.prelude.vertex_base
         triangles.read_triangles(archive, b, cursor, nodes)
     else:
-        read_node_columns(archive, b, cursor, nodes, [None] + list(range(n - 1)))
+        read_node_columns(archive, b, cursor, nodes, [None] * n)
     families, first = [], 0
-    for size, group, error, link in zip(sizes, groups, errors, links):
+    for size, group, error in zip(sizes, groups, errors):
         family = Family(size, group)
         family.first = first
         members = nodes[first:first + size]
         first += size
         t = max(m.e_self for m in members)
         e = (error + (t + (1 << shift) - 1 >> shift)) << shift & 0xFFFF
-        floor = link_code(length_value(max(m.radius for m in members)), b.link_base)
         for m in members:
-            m.e_parent, m.link = e, (link + floor) & 0xFF
+            m.e_parent = e
         families.append(family)
+    set_links(b, [nodes[f.first:f.first + f.size] for f in families], links)
     return families
 
 
 # --- section 6.4.2 ---
 
-def read_node_columns(archive, b, cursor, nodes, model):
+def read_node_columns(archive, b, cursor, nodes, parents):
     n, p = b.node_count, b.prelude
     xs, ys, zs = (cursor.column(n, 2) for _ in range(3))
     us, vs = cursor.column(n, 1), cursor.column(n, 1)
@@ -237,7 +244,8 @@ def read_node_columns(archive, b, cursor, nodes, model):
     start.normal = (127, 127)
     coarse = p.position_bits + b.step_exp - archive.header.unit_exp
     for i, node in enumerate(nodes):
-        m = start if model[i] is None else nodes[model[i]]
+        before = nodes[i - 1] if i else start
+        m = before if parents[i] is None else nodes[parents[i]]
         node.radius = add_shifted(m.radius, radii[i], p.radius_shift, -1)
         s = min(max((node.radius >> 8) - 127 - coarse, 0), 15)
         node.x = add_shifted(m.x, xs[i], s, 1)
@@ -245,7 +253,7 @@ def read_node_columns(archive, b, cursor, nodes, model):
         node.z = add_shifted(m.z, zs[i], s, 1)
         node.normal = bytes((m.normal[k] + unzigzag(z)) & 0xFF
                             for k, z in enumerate((us[i], vs[i])))
-        if b.kind == INNER and m is not start:
+        if parents[i] is not None:
             node.e_parent = m.e_self
         set_error(b, node, m, errors[i])
         node.height = heights[i] << p.height_shift & 0xFF | (1 << p.height_shift) - 1

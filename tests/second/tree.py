@@ -27,8 +27,9 @@ class Places:
                     return b
         need(False, "%s: no block for a family" % self.what)
 
-    def take(self, kind, size, e, vector):
-        """The nodes of the family of e_parent e below a node of that normal."""
+    def take(self, kind, size, e, vector, above=None):
+        """The nodes of the family of e_parent e below a node of that normal, in the
+        block above."""
         b = self.block(kind, e)
         group = self.nearest(vector)
         first = b.free[group]
@@ -41,9 +42,9 @@ class Places:
         nodes = b.nodes[first:first + size]
         for node in nodes:
             need(node.e_parent == e, "%s: e_parent is not the parent's e_self" % self.what)
-        if kind == LEAF:
+        if b is not above:
             need(len({node.link for node in nodes}) == 1,
-                 "%s: links of a family of leaves" % self.what)
+                 "%s: links of a family that is told alone" % self.what)
         return nodes
 
     def nearest(self, vector):
@@ -138,7 +139,7 @@ def visit(cluster, places, tops):
         count, inner = child_counts(node.nibble)
         family = []
         if inner:
-            family = places.take(INNER, inner, node.e_self, node.vector)
+            family = places.take(INNER, inner, node.e_self, node.vector, node.block)
             emit(cluster, family, node)
         if count > inner:
             emit(cluster, places.take(LEAF, count - inner, node.e_self, node.vector), node)
