@@ -49,6 +49,9 @@ bool cli_u32(const char *text, uint32_t min, uint32_t max, uint32_t *out);
 bool cli_double(const char *text, double *out);             /* finite */
 bool cli_doubles(const char *text, double *out, int count); /* X,Y,Z */
 
+/* Both are there, and the same file, by whatever names. */
+bool cli_same_file(const char *a, const char *b);
+
 /* ---- words ------------------------------------------------------------------------------------- */
 
 /* Sizes with a unit (1024), counts with groups of three. Buffers of CLI_TEXT bytes. */

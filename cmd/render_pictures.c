@@ -173,6 +173,8 @@ static int render_frames(struct session *s)
         if (name == NULL) {
             const struct spc_error err = {.status = SPC_NO_MEMORY, .what = "no memory for a name"};
             code = failed(s->o.archive, &err);
+        } else if (cli_same_file(s->o.archive, name)) {
+            code = cli_usage("the archive itself cannot be written to: '%s'", name);
         } else {
             code = render_one(s, &p, name);
         }

@@ -12,6 +12,7 @@ struct render_options {
     const char *archive, *out, *stats;          /* stats may be NULL */
     uint32_t frames;                /* 0: one picture, named out */
     double turn_deg;                /* of all frames together */
+    bool has_turn;
     bool six_views;
     uint32_t samples;               /* a pixel and axis, 1..SPV_SAMPLES_MAX */
 };

@@ -5,7 +5,6 @@
 #include <getopt.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 
 static const char HELP[] =
     "usage: spc-render [options] FILE -o OUT.png\n"
@@ -68,6 +67,7 @@ static int take_option(int c, const char *value, struct render_options *o)
     case OPT_TURN:
         if (!cli_double(value, &o->turn_deg))
             return cli_usage("--turn takes degrees, not '%s'", value);
+        o->has_turn = true;
         return EXIT_DONE;
     case OPT_VIEWS:
         if (strcmp(value, "6") != 0)
@@ -83,18 +83,14 @@ static int take_option(int c, const char *value, struct render_options *o)
     }
 }
 
-static bool same_file(const char *a, const char *b)
-{
-    struct stat x, y;
-    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
-}
-
 static int check_options(const struct render_options *o)
 {
     if (o->out == NULL)
         return cli_usage("no picture is named (-o OUT.png)");
-    if (same_file(o->archive, o->out) || (o->stats != NULL && same_file(o->archive, o->stats)))
+    if (cli_same_file(o->archive, o->out) || (o->stats != NULL && cli_same_file(o->archive, o->stats)))
         return cli_usage("the archive itself cannot be written to");
+    if (o->has_turn && o->frames == 0)
+        return cli_usage("--turn needs --frames");
     if (o->frames > 0 && o->six_views)
         return cli_usage("--frames and --views exclude each other");
     if ((o->frames > 0 || o->six_views) && o->picture.has_eye)
@@ -114,7 +110,7 @@ int main(int argc, char **argv)
     while ((c = getopt_long(argc, argv, "o:hV", LONG, NULL)) != -1) {
         if (c == 'h') {
             if (optarg != NULL && strcmp(optarg, "all") != 0)
-                return cli_usage("--help takes all, not '%s'", optarg);
+                return cli_usage("--help takes all, or nothing, not '%s'", optarg);
             fputs(HELP, stdout);
             if (optarg != NULL)
                 fputs(HELP_MORE, stdout);

@@ -86,6 +86,13 @@ static int check_options(const struct view_options *o)
         return cli_usage("--offscreen needs --script or --screenshot");
     if (o->script != NULL && strcmp(o->script, "-") == 0)
         return cli_usage("--script takes a file");
+    for (int i = 0; i < o->file_count; i++)
+        if ((o->stats != NULL && cli_same_file(o->files[i], o->stats)) ||
+            (o->screenshot != NULL && cli_same_file(o->files[i], o->screenshot)))
+            return cli_usage("an archive cannot be written to: '%s'", o->files[i]);
+    if (o->script != NULL && ((o->stats != NULL && cli_same_file(o->script, o->stats)) ||
+                              (o->screenshot != NULL && cli_same_file(o->script, o->screenshot))))
+        return cli_usage("the script itself cannot be written to");
     return picture_check(&o->picture);
 }
 

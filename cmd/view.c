@@ -39,6 +39,7 @@ static void take_events(struct view *v)
 static int run_user(struct view *v)
 {
     double last = cli_seconds(), wait = 0;
+    bool failed = false;
     while (!v->quit) {
         spv_window_wait(v->window, wait);
         take_events(v);
@@ -52,9 +53,8 @@ static int run_user(struct view *v)
         v->moving = moved || spv_control_moving(&v->control);
         const bool due = rest(v) == 0 || v->stats.blocks_missing > v->stats.blocks_hidden;
         if (due || wants_smooth(v))
-            if (!view_frame(v))
-                wait = RETRY_S;     /* the message was asked for; there may be room later */
-        wait = v->quit || wants_smooth(v) ? 0 : rest(v);
+            failed = !view_frame(v);        /* there may be room later */
+        wait = v->quit || wants_smooth(v) ? 0 : failed ? RETRY_S : rest(v);
     }
     return EXIT_DONE;
 }
@@ -66,7 +66,7 @@ static bool frame(struct view *v)
     struct spv_event event;
     v->moving = spv_control_step(&v->control, SPV_SCRIPT_FRAME_S) || spv_control_moving(&v->control);
     while (v->window != NULL && spv_window_event(v->window, &event))
-        if (event.kind == SPV_EVENT_CLOSE || event.kind == SPV_EVENT_RESIZE)
+        if (event.kind == SPV_EVENT_CLOSE)      /* the picture's size is the script's */
             view_event(v, &event);
     if (v->window != NULL)
         spv_window_wait(v->window, 0);
@@ -92,13 +92,34 @@ static void set_eps(struct view *v, double eps_px)
     v->changed = true;
 }
 
+static int exit_code(enum spc_status status)
+{
+    const bool invalid = status >= SPC_NOT_SPC && status < SPC_INPUT_FORMAT && status != SPC_FEATURE;
+    return status == SPC_OK ? EXIT_DONE : invalid ? EXIT_INVALID : EXIT_FAILED;
+}
+
+/* A file that cannot be opened ends a script: nobody is there to read the message. */
+static int do_event(struct view *v, const struct spv_event *event)
+{
+    struct spc_error err = {0};
+    if (event->kind != SPV_EVENT_DROP) {
+        view_event(v, event);
+        return EXIT_DONE;
+    }
+    const enum spc_status status = view_open(v, event->path, &err);
+    v->message[0] = '\0';
+    if (status != SPC_OK)
+        cli_error(event->path, &err, NULL);
+    return exit_code(status);
+}
+
 /* Returns an exit code. */
 static int do_step(struct view *v, const struct spv_step *step)
 {
     switch (step->kind) {
     case SPV_STEP_FRAME: return frame(v) ? EXIT_DONE : EXIT_FAILED;
     case SPV_STEP_WAIT: return settle(v) ? EXIT_DONE : EXIT_FAILED;
-    case SPV_STEP_EVENT: view_event(v, &step->event); return EXIT_DONE;
+    case SPV_STEP_EVENT: return do_event(v, &step->event);
     case SPV_STEP_EPS: set_eps(v, step->number[0]); return EXIT_DONE;
     case SPV_STEP_MODE: v->mode = (enum spv_mode)step->number[0]; break;
     case SPV_STEP_SPLAT: v->splat = (enum spv_splat)step->number[0]; break;
@@ -132,6 +153,8 @@ static enum spc_status read_script(const char *path, struct spv_script **out, st
     enum spc_status status = text == NULL ? spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for a script")
                              : ferror(f) ? spc_fail_os(err, errno, "cannot read the script")
                                          : spv_script_parse(text, n, out, err);
+    for (char *p = err->what; *p != '\0'; p++)     /* of what is no script, too */
+        *p = (unsigned char)*p < 0x20 || *p == 0x7F ? '?' : *p;
     free(text);
     fclose(f);
     return status;
@@ -152,7 +175,7 @@ static enum spc_status open_window(struct view *v, struct spc_error *err)
     }
     if (status == SPC_OK)
         status = spv_show_create(spv_window_ctx(v->window), &v->show, err);
-    if (status == SPC_OK)
+    if (status == SPC_OK && v->o.script == NULL && v->o.screenshot == NULL)
         spv_window_size(v->window, &v->width, &v->height);
     return status;
 }
@@ -202,17 +225,19 @@ static int place_camera(struct view *v)
                ? EXIT_DONE : cli_usage("the camera looks along its vertical axis, or nowhere");
 }
 
-/* In a window a file that cannot be opened is a message; without one it is a failure. */
+/* To a user a file that cannot be opened is a message; a script, or a screenshot, fails. */
 static int open_files(struct view *v)
 {
     for (int i = 0; i < v->o.file_count; i++) {
         struct spc_error err = {0};
         const enum spc_status status = view_open(v, v->o.files[i], &err);
-        if (status == SPC_OK || (v->window != NULL && v->o.script == NULL && v->o.screenshot == NULL))
+        if (status == SPC_OK)
             continue;
         cli_error(v->o.files[i], &err, NULL);
-        return status >= SPC_NOT_SPC && status < SPC_INPUT_FORMAT && status != SPC_FEATURE ? EXIT_INVALID
-                                                                                         : EXIT_FAILED;
+        if (v->o.script == NULL && v->o.screenshot == NULL)
+            continue;
+        v->message[0] = '\0';
+        return i >= SPV_SCENE_ARCHIVES_MAX ? EXIT_FAILED : exit_code(status);
     }
     return place_camera(v);
 }

@@ -68,6 +68,7 @@ struct view {
     bool changed;                   /* camera or options, since the last frame */
     bool moving;
     int drawn_samples;              /* a pixel and axis, of the last frame */
+    double drawn_eps;               /* px, of the last frame */
     uint8_t *rgba, *samples;        /* [height][width][4], and larger */
     size_t rgba_max, samples_max;
     struct spv_scene_stats stats;   /* of the last frame */
@@ -87,7 +88,7 @@ int view_session(const struct view_options *o);
 /* Draws and shows a frame. False: it failed; the message is on the picture, or in v->message. */
 bool view_frame(struct view *v);
 
-/* The same without words, into a file. Returns an exit code. */
+/* The same without words, into a file that is no archive of the scene. Returns an exit code. */
 int view_save(struct view *v, const char *path);
 
 /* Nothing is missing that could be had, and eps is the user's. */
@@ -98,7 +99,7 @@ bool view_settled(const struct view *v);
 void view_event(struct view *v, const struct spv_event *event);
 void view_action(struct view *v, enum spv_action action);
 
-/* Adds an archive, or says why not in v->message. The camera frames all of them. */
+/* Adds an archive, or says why not in v->message, which else stays. The camera frames all of them. */
 enum spc_status view_open(struct view *v, const char *path, struct spc_error *err);
 void view_resize(struct view *v, int width, int height);
 

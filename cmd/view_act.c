@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+enum { SCREENSHOTS_MAX = 1000000 };
 static const double EPS_STEP = 1.41421356237309515, EPS_MIN = 1.0 / 64, EPS_MAX = 256;
 
 /* ---- archives ----------------------------------------------------------------------------------- */
@@ -47,7 +48,6 @@ enum spc_status view_open(struct view *v, const char *path, struct spc_error *er
     const uint32_t count = spv_scene_count(v->scene);
     const struct spc_header *h = spc_reader_header(spv_scene_reader(v->scene, count - 1));
     v->times.bytes += h->head_bytes;
-    v->message[0] = '\0';
     if (count == 1)
         picture_take_up(spv_scene_reader(v->scene, 0), &v->o.picture);
     frame_scene(v, count, false);
@@ -147,8 +147,10 @@ static void screenshot(struct view *v)
     char path[64];
     do                              /* none is written over */
         snprintf(path, sizeof path, "spc-view-%03u.png", ++v->screenshots);
-    while (access(path, F_OK) == 0 && v->screenshots < 999);
-    if (view_save(v, path) == EXIT_DONE)
+    while (access(path, F_OK) == 0 && v->screenshots < SCREENSHOTS_MAX);
+    if (v->screenshots == SCREENSHOTS_MAX)
+        view_say(v, "there are too many pictures in this folder");
+    else if (view_save(v, path) == EXIT_DONE)
         view_say(v, "saved as %s", path);
 }
 
@@ -237,6 +239,7 @@ void view_event(struct view *v, const struct spv_event *event)
 {
     struct spc_error err = {0};
     if (event->kind == SPV_EVENT_DROP) {
+        v->message[0] = '\0';
         view_open(v, event->path, &err);
         return;
     }

@@ -57,6 +57,7 @@ static enum spc_status draw(struct view *v, int samples, bool keep, struct spc_e
     if (status == SPC_OK && samples > 1)
         spv_sample_average(v->samples, samples, v->width, v->height, v->rgba);
     v->drawn_samples = samples;
+    v->drawn_eps = v->pace.eps;
     if (!v->frozen)
         v->frozen_view = view;
     return status;
@@ -73,6 +74,18 @@ static void show(struct view *v, bool into)
     if (into)
         spv_show_picture(v->show, v->rgba, v->width, v->height, 0, 0, 0, NULL);
     spv_window_swap(v->window);
+}
+
+/* The message, on nothing. */
+static void show_failure(struct view *v)
+{
+    const size_t bytes = (size_t)v->width * (size_t)v->height * 4;
+    if (v->window == NULL || !room(&v->rgba, &v->rgba_max, bytes))
+        return;
+    memset(v->rgba, 0, bytes);
+    v->stats = (struct spv_scene_stats){0};
+    v->drawn_samples = 0;           /* words go onto this picture */
+    show(v, true);
 }
 
 static bool anything_drawn(const struct view *v)
@@ -101,8 +114,6 @@ static void take_times(struct view *v)
 bool view_frame(struct view *v)
 {
     struct spc_error err = {0};
-    if (v->width < 1 || v->height < 1)
-        return true;
     v->times.frame_began = cli_seconds();
     const bool still = !v->moving && !v->changed && v->smooth && view_settled(v);
     const int samples = still ? (int)v->o.samples : 1;
@@ -111,6 +122,8 @@ bool view_frame(struct view *v)
     const enum spc_status status = draw(v, samples, into, &err);
     if (status != SPC_OK) {
         view_tell(v, NULL, &err);
+        v->changed = false;         /* the next attempt is due after a while */
+        show_failure(v);
         return false;
     }
     const double seconds = 1e-3 * (v->stats.draw_ms + v->stats.select_ms);
@@ -125,12 +138,17 @@ int view_save(struct view *v, const char *path)
 {
     struct spc_error err = {0};
     const int samples = v->smooth ? (int)v->o.samples : 1;
-    if (draw(v, samples, true, &err) == SPC_OK) {
+    bool archive = false;
+    for (uint32_t i = 0; i < spv_scene_count(v->scene); i++)
+        archive |= cli_same_file(path, spv_scene_path(v->scene, i));
+    if (archive)
+        spc_fail(&err, SPC_IO, SPC_NO_OFF, "an archive that is open cannot be written to");
+    else if (draw(v, samples, true, &err) == SPC_OK) {
         v->times.bytes += v->stats.bytes_read;
         if (spv_png_write(path, v->rgba, v->width, v->height, v->o.picture.transparent, &err) == SPC_OK)
             return EXIT_DONE;
     }
-    if (v->window != NULL && v->o.script == NULL)
+    if (v->window != NULL && v->o.script == NULL && v->o.screenshot == NULL)
         view_tell(v, path, &err);
     else
         cli_error(path, &err, NULL);

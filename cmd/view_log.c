@@ -45,7 +45,7 @@ void view_log_frame(struct view *v)
     if (v->csv == NULL)
         return;
     fprintf(v->csv, "%llu,%.4f,%.17g,%.17g,%.17g,%.6g,%d,%s,%s,", (unsigned long long)v->times.frames,
-            cli_seconds() - v->times.began, eye[0], eye[1], eye[2], v->pace.eps, v->drawn_samples,
+            cli_seconds() - v->times.began, eye[0], eye[1], eye[2], v->drawn_eps, v->drawn_samples,
             count_text(s->drawn.nodes, nodes), count_text(s->drawn.triangles, triangles));
     fprintf(v->csv, "%llu,%llu,%llu,%u,%u,%u,%u,%u,%u,%u,%u,%u,%u,", (unsigned long long)s->drawn.nodes_processed,
             (unsigned long long)s->nodes_chosen, (unsigned long long)s->nodes_total, s->clusters_total,

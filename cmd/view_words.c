@@ -54,7 +54,7 @@ static void line_of_nodes(const struct view *v, char line[LINE])
     const struct spv_scene_stats *s = &v->stats;
     char nodes[CLI_TEXT], triangles[CLI_TEXT], tested[CLI_TEXT], all[CLI_TEXT];
     snprintf(line, LINE, "eps %.3g px   %.1f fps   %s nodes and %s triangles drawn, %s tested, %s in all   %s%s%s%s",
-             v->pace.eps, v->times.shown_fps, short_count(s->drawn.nodes, nodes),
+             v->drawn_eps, v->times.shown_fps, short_count(s->drawn.nodes, nodes),
              short_count(s->drawn.triangles, triangles), short_count(s->drawn.nodes_processed, tested),
              short_count(s->nodes_total, all), modes[v->mode], v->splat == SPV_SPLAT_FAST ? ", fast" : "",
              paints[v->paint], v->frozen ? ", frozen" : "");

@@ -37,7 +37,7 @@ for name in $names; do
         [ -s "$folder/spc-tools/usr/$file" ] || fail "spc-tools has no $file"
     done
 done
-for library in libc6 libzstd1 libxxhash0 libuv1 libjansson4; do
+for library in libc6 libzstd1 libxxhash0 libuv1 libjansson4 libglfw3; do
     grep -qE "^Depends: (.*, )?$library \\(>=" "$folder/spc-tools/DEBIAN/control" || fail "spc-tools does not need $library"
 done
 place=usr/lib/$(dpkg-architecture -qDEB_HOST_MULTIARCH)

@@ -43,15 +43,47 @@ for source in cmd/spc_*.c; do
     [ "$lines" -le 24 ] || fail "$tool --help is longer than 24 lines"
     [ -z "$wide" ] || fail "$tool --help is wider than 80 columns: $wide"
 
-    # words that the page lists as values are taken: what is missing then is the file
+    # words that the page lists as values are taken: what is missing then is the file; no window is opened for that
     sed -n 's/^\.It.* Fl Fl \([a-z0-9-]*\) .*Cm \([a-z0-9| -]*\).*/\1 \2/p' "$page" | tr -d '|' >"$folder/values"
+    offscreen=$(grep -xF offscreen "$folder/table" | sed "s,^,--,")
     while read -r option words; do
         [ "$option" != help ] || continue
         for value in $words; do
-            expect 2 "$tool: no .* is named.*" "$tools/$tool" "--$option=$value"
+            # shellcheck disable=SC2086
+            expect 2 "$tool: no .* is named.*" "$tools/$tool" $offscreen "--$option=$value"
         done
     done <"$folder/values"
 done
+
+# the page of the viewer has the keys of its table, in that order
+if command -v python3 >/dev/null; then
+    python3 - viewer/control.c cmd/man/spc-view.1 <<'PY' || fail "the keys of spc-view.1 are others than those of viewer/control.c"
+import re, sys
+names = {"LEFT": "Left", "RIGHT": "Right", "UP": "Up", "DOWN": "Down", "PAGE_UP": "Page Up", "PAGE_DOWN": "Page Down",
+         "HOME": "Home", "ESCAPE": "Esc"}
+def name(key, modifiers):
+    if key.startswith("'"):
+        key = key[1:-1].upper()
+    elif key.startswith("SPV_KEY_F1"):
+        key = "F%d" % sum(int(n) for n in key[len("SPV_KEY_F"):].split("+"))
+    else:
+        key = names[key[len("SPV_KEY_"):]]
+    return ("Ctrl+" if "CONTROL" in modifiers else "") + key
+table, told = [], []
+source = open(sys.argv[1]).read().split("ROWS[] = {")[1].split("\n};")[0]
+for key, modifiers, keys, words in re.findall(
+        r"\{('.'|\w+(?: \+ \d+)?), (\w+), [^,]+, \w+, (NULL|\"[^\"]*\"), (NULL|\"[^\"]*\")\}", source):
+    row = [k for k in keys.strip('"').split(", ")] if key == "0" else [name(key, modifiers)]
+    table = table[:-1] + [table[-1] + row] if words == "NULL" else table + [row]
+page = open(sys.argv[2]).read().split("KEYS:")[1].split(".El")[0]
+for line in re.findall(r"^\.It (.*)$", page, re.M):
+    told.append(line.replace("\\&", "").replace("\\-", "-").split(" , "))
+assert len(table) > 20, table
+for a, b in zip(table + [None] * 99, told):
+    assert a == b, (a, b)
+assert len(table) == len(told)
+PY
+fi
 
 # pages lead to pages that exist, and are what the formatters take
 for page in cmd/man/*.[1-9]; do
@@ -114,3 +146,8 @@ offers 'e normals radius size' spc-info --histogram ''
 offers 'c.spc more' spc-render ''
 offers 'g.png more' spc-render c.spc --output ''
 offers 'hybrid points triangles' spc-render --mode ''
+offers 'c.spc more' spc-view c.spc ''
+offers 'hybrid points triangles' spc-view --mode ''
+offers 'B.PLY a.ply c.spc d e.ply f.txt g.png more' spc-view --script ''
+offers 'g.png more' spc-view --screenshot ''
+offers 'all' spc-view --help =
