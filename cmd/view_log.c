@@ -25,6 +25,8 @@ int view_log_begin(struct view *v)
     if (v->o.stats == NULL)
         return EXIT_DONE;
     v->csv = fopen(v->o.stats, "we");
+    if (v->csv != NULL)             /* a frame that is seen has its line there, whatever happens next */
+        setvbuf(v->csv, NULL, _IOLBF, BUFSIZ);
     return v->csv != NULL && fputs(COLUMNS, v->csv) >= 0 ? EXIT_DONE : csv_failed(v);
 }
 
