@@ -282,14 +282,18 @@ START_TEST(frozen_tests_draw_the_same_nodes_from_anywhere)
         ck_assert(rgba[4 * i + 3] == 0 || memcmp(rgba + 4 * i, &point, 3) == 0);
     scene_release(&all);
     /* Of what the tests' eye does not see nothing is drawn: from behind one looks into the front. */
-    const struct picture_view v = seen_from(-3, 0.1, 0, 1, SPV_HYBRID), w = seen_from(3, 0.1, 0, 1, SPV_HYBRID);
+    struct spb_build_options o = case_options(case_write(&m, "many.ply"), case_path("many.spc"));
+    o.cluster_nodes = o.block_nodes = 32768;        /* blocks of so many leaves keep their normal clusters */
+    struct spc_reader *many = case_build(&o);
+    const struct picture_view v = seen_from(-3, 0.1, 0, 0.02, SPV_HYBRID), w = seen_from(3, 0.1, 0, 0.02, SPV_HYBRID);
     const struct spv_view view = picture_view(&v), tested = picture_view(&w);
     struct scene s = {0};
-    scene_add(&s, r, &tested);
+    scene_add(&s, many, &tested);
     scene_draw(&s, &view, &tested, &EXACT, rgba);
     const uint8_t *middle = rgba + 4 * ((size_t)SIDE * (SIDE / 2) + SIDE / 2);
     ck_assert_msg(middle[0] > 40 && middle[2] < 20, "the middle is %d, %d, %d", middle[0], middle[1], middle[2]);
     scene_release(&s);
+    spc_reader_close(many);
     free(rgba);
     free(other);
     spc_reader_close(r);

@@ -129,7 +129,7 @@ void spv_gl_drop(struct spv_draw *draw, void *kept);
 bool spv_gl_stream_create(struct spv_gl *gl);
 
 /* Decodes a block into it. fails SPC_CHECKSUM, SPC_CORRUPT, SPC_NO_MEMORY, SPC_FEATURE */
-enum spc_status spv_gl_stream(struct spv_gl *gl, const struct spc_reader *reader, uint32_t block,
+enum spc_status spv_gl_stream(struct spv_gl *gl, const struct spc_reader *reader, uint32_t block, bool sorted,
                               const struct gl_block **out, struct spc_error *err);
 
 /* ---- gl_block.c -------------------------------------------------------------------------------- */

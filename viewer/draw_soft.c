@@ -212,9 +212,9 @@ struct draw {
     const struct soft_map *map;     /* of what is drawn already, or NULL */
 };
 
-/* Decodes into the worker's own buffer; NULL: it failed. */
+/* Decodes into the worker's own buffer, sorted as kept blocks are if that is asked for; NULL: it failed. */
 static const uint8_t *decode(const struct soft_frame *f, struct worker *w, const struct spc_block *b,
-                             uint32_t block)
+                             uint32_t block, bool sorted)
 {
     if (b->raw_bytes > w->payload_max) {
         free(w->payload);
@@ -226,26 +226,29 @@ static const uint8_t *decode(const struct soft_frame *f, struct worker *w, const
         }
         w->payload_max = b->raw_bytes;
     }
-    return spc_block_decode(f->reader, block, true, w->payload, &w->err) == SPC_OK ? w->payload : NULL;
+    enum spc_status status = spc_block_decode(f->reader, block, true, w->payload, &w->err);
+    if (status == SPC_OK && sorted)
+        status = spv_kept_sort(f->reader, block, w->payload, &w->err);
+    return status == SPC_OK ? w->payload : NULL;
 }
 
-/* What has to be tested: of a kept block its beginning, of another what may face the eye. */
-static void choose_nodes(const struct soft_block *b, bool kept, struct spv_ranges *out)
+/* What has to be tested. */
+static void choose_nodes(const struct soft_block *b, bool sorted, struct spv_ranges *out)
 {
     const struct soft_frame *f = b->frame;
     const uint8_t *codes = b->payload + b->l.nodes + ND_E_PARENT, *groups = b->payload + b->l.groups;
-    if (kept)
+    if (sorted)
         spv_kept_ranges(f->reader, f->tested, &b->b, &b->c, b->tested_eye, codes, SPC_NODE_BYTES, groups, out);
     else
         spv_visible_ranges(f->reader, f->tested, &b->b, &b->c, b->tested_eye, groups, out);
 }
 
-static bool draw_decoded(const struct soft_block *b, bool kept, struct soft_scratch *s, struct spc_error *err)
+static bool draw_decoded(const struct soft_block *b, bool sorted, struct soft_scratch *s, struct spc_error *err)
 {
     const struct soft_frame *f = b->frame;
     const bool triangles = b->l.indices && f->view->mode != SPV_POINTS;
     struct spv_ranges ranges;
-    choose_nodes(b, kept, &ranges);
+    choose_nodes(b, sorted, &ranges);
     s->projected = false;
     for (uint32_t r = 0; r < ranges.count; r++) {
         s->counts.tested += (uint64_t)ranges.nodes[r];
@@ -268,9 +271,9 @@ static bool draw_item(struct soft_block *b, const struct spv_item *item, struct 
     b->lower = b->b.kind == SPC_BLOCK_INNER ||
                (f->view->mode == SPV_HYBRID && (f->header->flags & SPC_FLAG_TRIANGLES));
     b->missing = item->missing;
-    const bool kept = item->kept != NULL && f->paint != SPV_PAINT_NORMALS;     /* which it cannot tell */
-    b->payload = kept ? item->kept : decode(f, w, &b->b, item->block);
-    return b->payload != NULL && draw_decoded(b, kept, s, &w->err);
+    const bool sorted = f->paint != SPV_PAINT_NORMALS;         /* by which the file sorts them */
+    b->payload = item->kept != NULL && sorted ? item->kept : decode(f, w, &b->b, item->block, sorted);
+    return b->payload != NULL && draw_decoded(b, sorted, s, &w->err);
 }
 
 /* Each top is a block of one node: a record, and behind it its colour. */

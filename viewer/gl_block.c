@@ -213,16 +213,17 @@ static enum spc_status draw_item(const struct gl_frame *f, const struct placing 
     struct drawing d = {.at = at, .on_card = item->kept};
     struct spv_ranges ranges;
     spc_reader_block(reader, item->block, &d.b);
-    const bool kept = item->kept != NULL && f->in->options->paint != SPV_PAINT_NORMALS;     /* which it cannot tell */
-    if (kept) {
-        const uint8_t *groups = d.on_card->facts, *codes = groups + 4 * (size_t)h->normal_clusters;
-        spv_kept_ranges(reader, f->in->tested, &d.b, &at->c, at->eye_tested, codes, 2, groups, &ranges);
-    } else {
-        const enum spc_status status = spv_gl_stream(f->gl, reader, item->block, &d.on_card, err);
+    const bool sorted = f->in->options->paint != SPV_PAINT_NORMALS;        /* by which the file sorts them */
+    if (item->kept == NULL || !sorted) {
+        const enum spc_status status = spv_gl_stream(f->gl, reader, item->block, sorted, &d.on_card, err);
         if (status != SPC_OK)
             return status;
-        spv_visible_ranges(reader, f->in->tested, &d.b, &at->c, at->eye_tested, d.on_card->facts, &ranges);
     }
+    const uint8_t *groups = d.on_card->facts, *codes = groups + 4 * (size_t)h->normal_clusters;
+    if (sorted)
+        spv_kept_ranges(reader, f->in->tested, &d.b, &at->c, at->eye_tested, codes, 2, groups, &ranges);
+    else
+        spv_visible_ranges(reader, f->in->tested, &d.b, &at->c, at->eye_tested, groups, &ranges);
     for (uint32_t r = 0; r < ranges.count; r++)
         *tested += (uint64_t)ranges.nodes[r];
     if (ranges.count == 0)

@@ -9,6 +9,7 @@
 #include "draw_gl_int.h"
 
 #include "bytes.h"
+#include "kept.h"
 #include "layout.h"
 
 #include <stdlib.h>
@@ -45,7 +46,7 @@ static enum spc_status block_fill(const struct spv_gl *gl, struct gl_block *to, 
         return spc_fail(err, SPC_FEATURE, SPC_NO_OFF, "OpenGL's texture buffers are too small");
     memcpy(to->facts, payload + to->l.groups, 4 * (size_t)h->normal_clusters);
     uint8_t *codes = to->facts + 4 * (size_t)h->normal_clusters;
-    for (uint32_t i = 0; i < b->node_count && usage != GL_STREAM_DRAW; i++)
+    for (uint32_t i = 0; i < b->node_count; i++)
         memcpy(codes + 2 * (size_t)i, payload + to->l.nodes + (size_t)SPC_NODE_BYTES * i + ND_E_PARENT, 2);
     f->BindBuffer(GL_ARRAY_BUFFER, to->buffer);
     f->BufferData(GL_ARRAY_BUFFER, (GLsizeiptr)to->l.bytes, payload, usage);
@@ -85,11 +86,11 @@ void spv_gl_drop(struct spv_draw *draw, void *kept)
 
 bool spv_gl_stream_create(struct spv_gl *gl)
 {
-    gl->stream = block_create(gl, 4 * (size_t)SPV_RANGES_MAX);
+    gl->stream = block_create(gl, 4 * (size_t)SPV_RANGES_MAX + 2 * (size_t)SPC_BLOCK_NODES_MAX);
     return gl->stream != NULL;
 }
 
-enum spc_status spv_gl_stream(struct spv_gl *gl, const struct spc_reader *reader, uint32_t block,
+enum spc_status spv_gl_stream(struct spv_gl *gl, const struct spc_reader *reader, uint32_t block, bool sorted,
                               const struct gl_block **out, struct spc_error *err)
 {
     struct spc_block b;
@@ -97,6 +98,8 @@ enum spc_status spv_gl_stream(struct spv_gl *gl, const struct spc_reader *reader
     if (!spv_gl_room((void **)&gl->payload, &gl->payload_max, b.raw_bytes, 1))
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to decode a block");
     enum spc_status status = spc_block_decode(reader, block, true, gl->payload, err);
+    if (status == SPC_OK && sorted)
+        status = spv_kept_sort(reader, block, gl->payload, err);
     if (status == SPC_OK)
         status = block_fill(gl, gl->stream, reader, &b, gl->payload, GL_STREAM_DRAW, err);
     *out = gl->stream;

@@ -27,7 +27,7 @@ python3 - "$folder/json" "$folder/v.csv" <<'PY' || fail "the summary is $(cat "$
 import json, sys
 summary = json.load(open(sys.argv[1]))
 lines = open(sys.argv[2]).read().splitlines()
-assert sorted(summary) == sorted(["renderer", "frames", "first_picture_ms", "first_picture_bytes", "whole_picture_ms",
+assert sorted(summary) == sorted(["renderer", "frames", "window_ms", "first_picture_ms", "first_picture_bytes", "whole_picture_ms",
                                   "whole_picture_bytes", "bytes_read"]), "other keys"
 assert summary["renderer"].startswith("soft")
 assert summary["frames"] == len(lines) - 1, "%d lines" % len(lines)
