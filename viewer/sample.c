@@ -27,7 +27,7 @@ void spv_sample_average(const uint8_t *samples, int n, int width, int height, ui
             }
             uint8_t *out = rgba + ((size_t)y * (size_t)width + (size_t)x) * 4;
             for (int c = 0; c < 3; c++)
-                out[c] = covered ? (uint8_t)((sum[c] + covered / 2) / covered) : 0;
+                out[c] = (uint8_t)(covered > 0 ? (sum[c] + covered / 2) / covered : 0);
             out[3] = (uint8_t)((sum[3] + (uint32_t)(n * n) / 2) / (uint32_t)(n * n));
         }
 }

@@ -92,6 +92,61 @@ expect 2 '.*--eye and --target.*' "$tools/spc-render" "$folder/a.spc" -o "$folde
 expect 2 '.*looks along.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --eye 0,1,0 --target 0,0,0
 [ ! -e "$folder/e.png" ] || fail "a picture in spite of wrong usage"
 
+# several pictures: around the model, the first of them the plain one; six sides; samples
+if command -v python3 >/dev/null; then
+    png() { python3 tests/cli/shared/png.py "$@" || fail "see above"; }
+    set -- --size 90x60 --eps 2
+    expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/f.png" "$@"
+    mkdir "$folder/turn.dir"
+    expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/turn.dir/t.png" "$@" --frames 3 --stats "$folder/three.json"
+    [ "$(cd "$folder/turn.dir" && echo *)" = "t0001.png t0002.png t0003.png" ] || fail "files: $(ls "$folder/turn.dir")"
+    cmp -s "$folder/f.png" "$folder/turn.dir/t0001.png" || fail "the first picture of a turn is not the plain one"
+    png differ 5 "$folder/turn.dir/t0001.png" "$folder/turn.dir/t0002.png"
+    png differ 5 "$folder/turn.dir/t0002.png" "$folder/turn.dir/t0003.png"
+    expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/r.png" "$@" --orbit 60,0
+    expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/turn.dir/noend" "$@" --frames 3 --turn 180 --memory 16M
+    cmp -s "$folder/r.png" "$folder/turn.dir/noend0002" || fail "the second of three within 180 degrees is not at 60"
+    expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/turn.dir/minus.png" "$@" --frames 2 --turn -600 --orbit 360,0
+    cmp -s "$folder/r.png" "$folder/turn.dir/minus0002.png" || fail "a turn to the left is another one"
+    python3 - "$folder/three.json" <<'PY' || fail "the statistics are $(cat "$folder/three.json")"
+import json, sys
+pictures = json.load(open(sys.argv[1]))["pictures"]
+assert len(pictures) == 3 and all(p["nodes_processed"] > 0 and "open_ms" in p for p in pictures)
+PY
+    expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/six.png" "$@" --views 6 --stats "$folder/six.json"
+    [ "$(png_size "$folder/six.png")" = 270x120 ] || fail "six views are $(png_size "$folder/six.png")"
+    [ "$(grep -c '"nodes_drawn"' "$folder/six.json")" -eq 6 ] || fail "the statistics of six are $(cat "$folder/six.json")"
+    tile=0
+    for angles in 0,0 90,0 180,0 270,0 0,90 0,-90; do
+        expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/r.png" "$@" --orbit=$angles
+        png tile $((tile % 3)) $((tile / 3)) "$folder/r.png" "$folder/six.png"
+        tile=$((tile + 1))
+    done
+    for gl in "" "--renderer gl"; do
+        # shellcheck disable=SC2086
+        expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/r.png" "$@" --background none $gl
+        # shellcheck disable=SC2086
+        expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/s.png" "$@" --background none --samples 2 $gl
+        png smooth "$folder/s.png"
+        ! python3 tests/cli/shared/png.py smooth "$folder/r.png" >/dev/null || fail "one sample a pixel has smooth edges"
+    done
+    expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/s.png" "$@" --samples 2
+    png differ 1 "$folder/f.png" "$folder/s.png"
+fi
+cp "$folder/a.spc" "$folder/x0002.spc"
+expect 2 '.*the archive itself.*' "$tools/spc-render" "$folder/x0002.spc" -o "$folder/x.spc" --size 9x9 --frames 2
+cmp -s "$folder/a.spc" "$folder/x0002.spc" || fail "the archive was overwritten"
+expect 1 '.*cannot create the picture.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/no/e.png" --size 9x9 --frames 2
+one_line
+for wrong in "--frames 2 --views 6" "--frames 2 --eye 1,1,1 --target 0,0,0" "--views 6 --eye 1,1,1 --target 0,0,0" "--frames 0" \
+    "--frames 100000" "--views 5" "--turn x --frames 2" "--turn 90" "--samples 0" "--samples 9" "--samples 2 --size 40000x9" \
+    "--memory 15M" "--help=some"; do
+    # shellcheck disable=SC2086
+    expect 2 'spc-render: .*--.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" $wrong
+    one_line
+done
+[ ! -e "$folder/e.png" ] || fail "a picture in spite of wrong usage"
+
 # splats that cross the eye's plane outside of the picture cost little: points from inside a model
 "$tools/gen-scan" --triangles 200000 --shape statue -o "$folder/scan.ply" 2>/dev/null
 "$tools/spc-build" -q --force "$folder/scan.ply" -o "$folder/a.spc"
