@@ -22,7 +22,8 @@ png() { python3 tests/cli/shared/png.py "$@" || fail "see above"; }
 
 csv=$folder/frames.csv
 last() { # NAME: value of the last whole line; nothing before there is one
-    awk -F, -v name="$1" 'NR == 1 { n = NF; for (i = 1; i <= NF; i++) if ($i == name) c = i } NR > 1 && NF == n { v = $c } END { print v }' "$csv"
+    awk -F, -v name="$1" 'NR == 1 { n = NF; for (i = 1; i <= NF; i++) if ($i == name) c = i }
+        NR > 1 && NF == n { v = $c } END { print v }' "$csv"
 }
 await() { # NAME TEST VALUE: as of test, or "is" and "not" of words; up to 15 s
     for _ in $(seq 300); do
@@ -40,7 +41,8 @@ await() { # NAME TEST VALUE: as of test, or "is" and "not" of words; up to 15 s
 begin() { # OPTIONS FILES...: until the window is there
     rm -f "$csv"
     : >"$csv"
-    (cd "$folder/work" && exec timeout 100 "$spc_view" --size 320x240 --samples 1 --fps 0 --stats "$csv" "$@") >"$folder/said" 2>&1 &
+    (cd "$folder/work" && exec timeout 100 "$spc_view" --size 320x240 --samples 1 --fps 0 --stats "$csv" "$@") \
+        >"$folder/said" 2>&1 &
     viewer=$!
     await frame -ge 1
     pictures=0
@@ -220,5 +222,6 @@ printf 'wait\nscreenshot %s/1.png\nresize 100 80\nwait\nscreenshot %s/2.png\n' "
 expect 0 '' timeout 60 "$tools/spc-view" --samples 1 --size 320x240 --script "$folder/run.txt" "$folder/a.spc"
 cmp -s "$folder/1.png" "$folder/start.png" || fail "a script shows another picture"
 png size 100x80 "$folder/2.png"
-expect 1 ".*cannot create the picture.*" timeout 60 "$tools/spc-view" --size 32x24 --screenshot "$folder/no/no.png" "$folder/a.spc"
+expect 1 ".*cannot create the picture.*" \
+    timeout 60 "$tools/spc-view" --size 32x24 --screenshot "$folder/no/no.png" "$folder/a.spc"
 one_line

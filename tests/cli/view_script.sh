@@ -14,10 +14,11 @@ column() { # NAME CSV: its values, a line a frame
 "$tools/spc-build" -q "$folder/scan2.ply" -o "$folder/b.spc"
 
 # a screenshot is what spc-render draws, whatever the camera, with a line a frame and a summary
-for options in "" "--orbit 30,20 --eps 3 --mode points" "--eye 1,1,2 --target 0,1,0 --splat fast" "--fov 120 --background none" \
-    "--size 1x1" "--fov 179" "--eps 0.000001 --size 64x48"; do
+for options in "" "--orbit 30,20 --eps 3 --mode points" "--eye 1,1,2 --target 0,1,0 --splat fast" \
+    "--fov 120 --background none" "--size 1x1" "--fov 179" "--eps 0.000001 --size 64x48"; do
     # shellcheck disable=SC2086
-    expect 0 '' view --size 160x120 $options --samples 1 --screenshot "$folder/v.png" --stats "$folder/v.csv" --json "$folder/a.spc"
+    expect 0 '' view --size 160x120 $options --samples 1 --screenshot "$folder/v.png" --stats "$folder/v.csv" --json \
+        "$folder/a.spc"
     mv "$folder/out" "$folder/json"
     # shellcheck disable=SC2086
     expect 0 '' "$tools/spc-render" --size 160x120 $options "$folder/a.spc" -o "$folder/r.png"
@@ -27,11 +28,12 @@ python3 - "$folder/json" "$folder/v.csv" <<'PY' || fail "the summary is $(cat "$
 import json, sys
 summary = json.load(open(sys.argv[1]))
 lines = open(sys.argv[2]).read().splitlines()
-assert sorted(summary) == sorted(["renderer", "frames", "window_ms", "first_picture_ms", "first_picture_bytes", "whole_picture_ms",
-                                  "whole_picture_bytes", "bytes_read"]), "other keys"
+assert sorted(summary) == sorted(["renderer", "frames", "window_ms", "first_picture_ms", "first_picture_bytes",
+                                  "whole_picture_ms", "whole_picture_bytes", "bytes_read"]), "other keys"
 assert summary["renderer"].startswith("soft")
 assert summary["frames"] == len(lines) - 1, "%d lines" % len(lines)
 assert all(len(line.split(",")) == len(lines[0].split(",")) for line in lines), "ragged lines"
+assert summary["window_ms"] >= 0
 assert 0 < summary["first_picture_ms"] <= summary["whole_picture_ms"]
 assert 0 < summary["first_picture_bytes"] <= summary["whole_picture_bytes"] <= summary["bytes_read"]
 PY
@@ -94,7 +96,8 @@ png differ 5 "$folder/1/one" "$folder/1/two.png"
 [ "$(column eye_x "$folder/1/csv" | sort -u | wc -l)" -ge 15 ] || fail "the camera stays: $(column eye_x "$folder/1/csv")"
 nodes=0
 for archive in a b; do
-    nodes=$((nodes + $("$tools/spc-info" --json "$folder/$archive.spc" | sed -n 's/^ *"nodes": \([0-9]*\),*/\1/p' | head -n 1)))
+    one=$("$tools/spc-info" --json "$folder/$archive.spc" | sed -n 's/^ *"nodes": \([0-9]*\),*/\1/p' | head -n 1)
+    nodes=$((nodes + one))
 done
 [ "$(column nodes_total "$folder/1/csv" | tail -n 1)" -eq $nodes ] || fail "both archives together have $nodes nodes"
 [ "$(column eps_px "$folder/1/csv" | tail -n 1)" = 2 ] || fail "eps is not the script's"
@@ -102,7 +105,8 @@ done
 # smooth edges, unless they are not wanted; paint; the same archive several times
 printf 'wait\nscreenshot %s/smooth.png\nkey a\nwait\nscreenshot %s/plain.png\nkey c\nwait\nscreenshot %s/paint.png\n' \
     "$folder" "$folder" "$folder" >"$folder/run.txt"
-expect 0 '' view --size 160x120 --background none --samples 3 --script "$folder/run.txt" "$folder/a.spc" "$folder/a.spc" "$folder/a.spc"
+expect 0 '' view --size 160x120 --background none --samples 3 --script "$folder/run.txt" \
+    "$folder/a.spc" "$folder/a.spc" "$folder/a.spc"
 png smooth "$folder/smooth.png"
 png covers "$folder/plain.png" "$folder/smooth.png"
 png differ 5 "$folder/plain.png" "$folder/paint.png"
@@ -170,7 +174,7 @@ for options in "" "--script $folder/run.txt" "--screenshot $folder/no.png"; do
 done
 expect 2 '.*--offscreen needs.*' view "$folder/a.spc"
 expect 2 '.*--script takes a file.*' view --script - "$folder/a.spc"
-for wrong in "fps -1" "fps nan" "samples 0" "samples 9" "memory 15M" "memory x" "eps 0" "size 0x1" "fov 180" "threads 0" \
+for wrong in "nodes 999" "fps -1" "fps nan" "samples 0" "samples 9" "memory 15M" "memory x" "eps 0" "size 0x1" "fov 180" "threads 0" \
     "mode none" "renderer card" "up 1" "background red"; do
     # shellcheck disable=SC2086
     expect 2 "spc-view: --${wrong%% *} .*" view --screenshot "$folder/no.png" --$wrong "$folder/a.spc"
