@@ -162,6 +162,16 @@ static enum spc_status read_script(const char *path, struct spv_script **out, st
 
 /* ---- begin and end ------------------------------------------------------------------------------- */
 
+/* An empty window at once: what shows pictures is made ready by the first one, which may take a while. */
+static void show_empty(struct view *v)
+{
+    const uint8_t *b = v->o.picture.background, pixel[4] = {b[0], b[1], b[2], 255};
+    spv_show_size(v->show, v->width, v->height);
+    spv_show_clear(v->show, (uint32_t)b[0] << 16 | (uint32_t)b[1] << 8 | b[2]);
+    spv_show_picture(v->show, pixel, 1, 1, 0, 0, 0, NULL);
+    spv_window_swap(v->window);
+}
+
 /* A window, where there is a display and nobody wants to do without. */
 static enum spc_status open_window(struct view *v, struct spc_error *err)
 {
@@ -177,6 +187,8 @@ static enum spc_status open_window(struct view *v, struct spc_error *err)
         status = spv_show_create(spv_window_ctx(v->window), &v->show, err);
     if (status == SPC_OK && v->o.script == NULL && v->o.screenshot == NULL)
         spv_window_size(v->window, &v->width, &v->height);
+    if (status == SPC_OK)
+        show_empty(v);
     return status;
 }
 
