@@ -14,7 +14,14 @@
 #include <string.h>
 #include <sys/resource.h>
 
-enum { ROUNDS = 3, ACCURACIES_DRAWN = 3 };
+enum { ROUNDS = 5, ACCURACIES_DRAWN = 3 };
+
+static double wall_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
+}
 
 static double user_ms(void)
 {
@@ -74,7 +81,7 @@ static void measure(const struct renderers *r, const struct bench_archive *a, in
     struct spv_view view = views_at(a->header, 4, accuracy);
     struct spv_selection s = {0};
     struct spc_error err = {0};
-    double ms[3][ROUNDS];
+    double ms[4][ROUNDS];
     struct spv_drawn drawn;
     struct kept kept;
     view.mode = mode;
@@ -92,15 +99,18 @@ static void measure(const struct renderers *r, const struct bench_archive *a, in
         began = user_ms();
         bench_must(spv_draw_selection(r->soft, a->reader, &view, &s, &options, r->by_soft, NULL, &err), a->path, &err);
         ms[1][k] = user_ms() - began;
+        const double wall = wall_ms();
         began = user_ms();
         bench_must(spv_draw_frame(r->soft, &view, NULL, &part, 1, &options, r->by_soft, &drawn, &err), a->path, &err);
         ms[2][k] = user_ms() - began;
+        ms[3][k] = wall_ms() - wall;
     }
     free(items);
-    printf("%s,%s,%s,%g,%llu,%llu,%llu,%.0f,%.0f,%.0f,%.5f\n", a->path, modes[mode],
+    printf("%s,%s,%s,%g,%llu,%llu,%llu,%.0f,%.0f,%.1f,%.1f,%.1f,%.5f\n", a->path, modes[mode],
            splat == SPV_SPLAT_EXACT ? "exact" : "fast", ACCURACY_PX[accuracy],
            (unsigned long long)s.nodes, (unsigned long long)drawn.nodes, (unsigned long long)drawn.triangles,
            bench_median(ms[0], ROUNDS), bench_median(ms[1], ROUNDS), bench_median(ms[2], ROUNDS),
+           bench_median(ms[3], ROUNDS), (double)drawn.nodes / 1e3 / bench_median(ms[3], ROUNDS),
            r->gl != NULL ? differ(r->by_gl, r->by_soft) : 0);
     fflush(stdout);
     drop(a, &kept);
@@ -118,7 +128,7 @@ int main(int argc, char **argv)
         bench_must(spv_gl_create(ctx, &r.gl, &err), "OSMesa", &err);
     }
     bench_must(spv_soft_create(0, &r.soft, &err), "threads", &err);
-    printf("archive,mode,splat,eps_px,nodes_processed,nodes_drawn,triangles_drawn,gl_ms,soft_ms,draw_ms,differ\n");
+    printf("archive,mode,splat,eps_px,nodes_processed,nodes_drawn,triangles_drawn,gl_ms,soft_ms,draw_ms,draw_wall_ms,msplats_per_s,differ\n");
     for (int i = 1; i < argc; i++) {
         struct bench_archive a = bench_open(argv[i]);
         for (int k = 0; k < ACCURACIES_DRAWN; k++)
