@@ -675,6 +675,33 @@ START_TEST(picture_does_not_depend_on_the_order_of_the_triangles)
 }
 END_TEST
 
+/* Bands from the last to the first, and pieces of any size: as threads do it. */
+START_TEST(pieces_and_bands_of_rows_give_the_picture_of_the_whole)
+{
+    enum { BAND = 11 };
+    const int width = 71, height = 53;
+    struct ref_camera camera = tilted_camera(width, height);
+    struct ref_triangle t[CROWD];
+    uint64_t seed = 400 + (uint64_t)_i;
+    crowd(t, &camera, _i % 2, &seed);
+    struct ref_image whole = draw(t, CROWD, &camera, 0.3), banded;
+    struct ref_raster *raster = ref_raster_begin(&camera, 0.3);
+    ck_assert_ptr_nonnull(raster);
+    for (size_t first = 0, n; first < CROWD; first += n) {
+        n = 1 + (size_t)random_between(&seed, 0, CROWD / 2.0);
+        n = n < CROWD - first ? n : CROWD - first;
+        for (int y = height / BAND * BAND; y >= 0; y -= BAND)
+            ref_raster_add(raster, t + first, n, first, y, y + BAND < height ? y + BAND : height);
+    }
+    ref_raster_end(raster, &banded);
+    ck_assert_mem_eq(whole.depth, banded.depth, (size_t)(width * height) * sizeof *whole.depth);
+    ck_assert_mem_eq(whole.triangle, banded.triangle, (size_t)(width * height) * sizeof *whole.triangle);
+    ck_assert_mem_eq(whole.rgb, banded.rgb, (size_t)(width * height) * 3);
+    ref_image_release(&whole);
+    ref_image_release(&banded);
+}
+END_TEST
+
 START_TEST(pictures_from_one_pixel_to_4096_squared_work)
 {
     const int size[][2] = {{1, 1}, {1, 4096}, {4096, 1}, {2, 1}, {1, 2}, {4096, 4096}};
@@ -916,6 +943,7 @@ static Suite *ref_raster_suite(void)
     tcase_add_test(value, colours_are_interpolated_perspective_correctly);
     tcase_add_loop_test(value, every_pixel_shows_the_nearest_triangle_that_its_ray_hits, 0, 10);
     tcase_add_loop_test(value, picture_does_not_depend_on_the_order_of_the_triangles, 0, 4);
+    tcase_add_loop_test(value, pieces_and_bands_of_rows_give_the_picture_of_the_whole, 0, 4);
     tcase_add_test(masks, overlap_is_shared_pixels_over_pixels_in_either);
     tcase_add_test(masks, tolerant_overlap_takes_the_eight_neighbours_of_the_other_picture);
     tcase_add_test(masks, empty_pictures_compare_as_equal_only_with_empty_ones);

@@ -203,9 +203,9 @@ static struct box box_of(const struct view *view, double seen[3][3])
                         (int)fmin(fmax(y0, 0.0), last_y + 1.0), (int)fmax(fmin(y1, last_y), -1.0)};
 }
 
-/* Returns false when the triangle cannot cover any pixel. */
+/* Returns false when the triangle cannot cover any pixel of rows row_first to row_end - 1. */
 static bool face_init(struct face *face, const struct view *view, const struct ref_triangle *triangle,
-                      uint32_t number)
+                      uint32_t number, int row_first, int row_end)
 {
     double seen[3][3];
     face->depth_min = INFINITY;
@@ -223,6 +223,8 @@ static bool face_init(struct face *face, const struct view *view, const struct r
     if (face->depth_max <= view->near_depth)
         return false;
     face->box = box_of(view, seen);
+    face->box.y0 = face->box.y0 > row_first ? face->box.y0 : row_first;
+    face->box.y1 = face->box.y1 < row_end - 1 ? face->box.y1 : row_end - 1;
     if (face->box.x0 > face->box.x1 || face->box.y0 > face->box.y1)
         return false;
 
@@ -297,34 +299,82 @@ static void draw_face(const struct view *view, const struct face *face, double a
     }
 }
 
+struct ref_raster {
+    struct view view;
+    double ambient;
+    struct ref_image image;
+};
+
+static bool image_init(struct ref_image *image, int width, int height)
+{
+    *image = (struct ref_image){.width = width, .height = height};
+    if ((size_t)width > (size_t)PTRDIFF_MAX / sizeof *image->depth / (size_t)height)
+        return false;
+    const size_t pixels = (size_t)width * (size_t)height;
+    image->depth = malloc(pixels * sizeof *image->depth);
+    image->triangle = malloc(pixels * sizeof *image->triangle);
+    image->rgb = calloc(pixels, 3);
+    if (!image->depth || !image->triangle || !image->rgb)
+        return false;
+    for (size_t i = 0; i < pixels; i++) {
+        image->depth[i] = INFINITY;
+        image->triangle[i] = UINT32_MAX;
+    }
+    return true;
+}
+
+uint64_t ref_raster_bytes(int width, int height)
+{
+    const struct ref_image *none = NULL;
+    return (uint64_t)width * (uint64_t)height * (sizeof *none->depth + sizeof *none->triangle + 3);
+}
+
+struct ref_raster *ref_raster_begin(const struct ref_camera *camera, double ambient)
+{
+    assert(ambient >= 0.0 && ambient <= 1.0);
+    struct ref_raster *raster = malloc(sizeof *raster);
+    if (!raster)
+        return NULL;
+    view_init(&raster->view, camera);
+    raster->ambient = ambient;
+    if (image_init(&raster->image, camera->width, camera->height))
+        return raster;
+    ref_raster_end(raster, NULL);
+    return NULL;
+}
+
+void ref_raster_add(struct ref_raster *raster, const struct ref_triangle *triangles, size_t n, uint64_t first,
+                    int row_first, int row_end)
+{
+    for (size_t i = 0; i < n; i++) {
+        const uint64_t number = first + i < UINT32_MAX ? first + i : UINT32_MAX - 1;
+        struct face face;
+        if (face_init(&face, &raster->view, &triangles[i], (uint32_t)number, row_first, row_end))
+            draw_face(&raster->view, &face, raster->ambient, &raster->image);
+    }
+}
+
+void ref_raster_end(struct ref_raster *raster, struct ref_image *out)
+{
+    if (!raster)
+        return;
+    if (out)
+        *out = raster->image;
+    else
+        ref_image_release(&raster->image);
+    free(raster);
+}
+
 int ref_raster(const struct ref_triangle *triangles, size_t n, const struct ref_camera *camera,
                double ambient, struct ref_image *out)
 {
-    assert(n < UINT32_MAX && ambient >= 0.0 && ambient <= 1.0);
-    struct view view;
-    view_init(&view, camera);
-    *out = (struct ref_image){.width = camera->width, .height = camera->height};
-    if ((size_t)camera->width > (size_t)PTRDIFF_MAX / sizeof *out->depth / (size_t)camera->height)
-        goto fail;
-    size_t pixels = (size_t)camera->width * (size_t)camera->height;
-    out->depth = malloc(pixels * sizeof *out->depth);
-    out->triangle = malloc(pixels * sizeof *out->triangle);
-    out->rgb = calloc(pixels, 3);
-    if (!out->depth || !out->triangle || !out->rgb)
-        goto fail;
-    for (size_t i = 0; i < pixels; i++) {
-        out->depth[i] = INFINITY;
-        out->triangle[i] = UINT32_MAX;
-    }
-    for (size_t i = 0; i < n; i++) {
-        struct face face;
-        if (face_init(&face, &view, &triangles[i], (uint32_t)i))
-            draw_face(&view, &face, ambient, out);
-    }
+    struct ref_raster *raster = ref_raster_begin(camera, ambient);
+    *out = (struct ref_image){0};
+    if (!raster)
+        return -1;
+    ref_raster_add(raster, triangles, n, 0, 0, camera->height);
+    ref_raster_end(raster, out);
     return 0;
-fail:
-    ref_image_release(out);
-    return -1;
 }
 
 void ref_image_release(struct ref_image *image)

@@ -1,8 +1,8 @@
 /*
  * ref_raster.h - the reference picture: every triangle, nothing clever.
  *
- * Judges the renderer, so it shares no code with it: no selection, no splats, no hierarchy, double
- * precision throughout, one sample at each pixel centre.
+ * Judges the renderer, in tests and for spc-bench, so it shares no code with it: no selection, no splats, no
+ * hierarchy, double precision throughout, one sample at each pixel centre.
  */
 #ifndef REF_RASTER_H
 #define REF_RASTER_H
@@ -39,6 +39,29 @@ struct ref_image {
 int ref_raster(const struct ref_triangle *triangles, size_t n, const struct ref_camera *camera,
                double ambient, struct ref_image *out);
 void ref_image_release(struct ref_image *image);
+
+/*
+ * The same for triangles that come in pieces. Rows do not depend on each other: several threads may add the same
+ * piece to one raster, each to rows of its own; the picture is the same however rows are shared out, as long as
+ * every row is given all pieces in one order.
+ */
+struct ref_raster;
+
+/* camera is one that defines a view. NULL without memory. */
+struct ref_raster *ref_raster_begin(const struct ref_camera *camera, double ambient);
+
+/*
+ * Adds triangles[n], numbered from first on (those from UINT32_MAX - 1 on share that number), to rows row_first to
+ * row_end - 1.
+ */
+void ref_raster_add(struct ref_raster *raster, const struct ref_triangle *triangles, size_t n, uint64_t first,
+                    int row_first, int row_end);
+
+/* Hands the picture over, the caller's from then on, and frees the raster; out NULL: frees both. raster may be NULL */
+void ref_raster_end(struct ref_raster *raster, struct ref_image *out);
+
+/* Bytes that a raster of so many pixels takes. */
+uint64_t ref_raster_bytes(int width, int height);
 
 /*
  * Comparison of covered pixels, reference against a picture's coverage (cover[y * width + x] != 0).
