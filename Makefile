@@ -75,6 +75,8 @@ $(B)/spc-render: $(call obj,cmd/spc_render.c $(wildcard cmd/render_*.c) cmd/pict
 	$(LINK) $(LIBS_viewer) $(LIBS_cmd)
 $(B)/spc-view: $(call obj,cmd/spc_view.c $(wildcard cmd/view*.c) cmd/picture.c) $(CLI) $(META) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_viewer) $(LIBS_window) $(LIBS_cmd)
+$(B)/spc-bench: $(call obj,cmd/spc_bench.c $(wildcard cmd/bench_*.c) cmd/ref_raster.c cmd/picture.c) $(CLI) $(META) $(B)/libspv.a $(B)/libspb.a $(B)/libspc.a
+	$(LINK) $(LIBS_viewer) $(LIBS_build) $(LIBS_cmd)
 $(B)/gen-scan: $(call obj,scripts/gen_scan.c)
 	$(LINK) -lm
 
