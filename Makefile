@@ -66,7 +66,7 @@ $(B)/lib%.a:
 	@rm -f $@
 	$(Q)$(AR) rcs $@ $^
 
-LINK = $(say) LINK $@ && $(CC) $(ALL_CFLAGS) $(LDFLAGS) $(filter %.o %.a,$^) -o $@
+LINK = $(say) LINK $@ && $(CC) $(ALL_CFLAGS) $(LDFLAGS) $(filter %.o,$^) $(filter %.a,$^) -o $@
 $(B)/spc-build: $(call obj,cmd/spc_build.c $(wildcard cmd/build_*.c) cmd/usage.c) $(CLI) $(META) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build) $(LIBS_cmd)
 $(B)/spc-info: $(call obj,cmd/spc_info.c $(wildcard cmd/info_*.c)) $(CLI) $(META) $(B)/libspb.a $(B)/libspc.a
@@ -94,6 +94,8 @@ $(B)/tests/test_%: $(call obj,tests/test_%.c) $(B)/libtest.a $(B)/libspv.a $(B)/
 	$(LINK) $(LIBS_test) $(LIBS_viewer) $(LIBS_window) $(LIBS_build) $(LIBS_cmd)
 $(B)/tests/test_mesh_shim: $(call obj,libbuild/mesh_shim.cpp)
 $(B)/tests/test_mesh_shim: LIBS_test += -lOpenMeshCore -lstdc++
+$(B)/tests/test_metrics: $(call obj,cmd/bench_metrics.c)
+$(B)/tests/test_bench: $(call obj,cmd/bench_recommend.c cmd/bench_paths.c cmd/bench_views.c)
 $(B)/tests/test_assimp: LIBS_test += -lassimp
 
 # Faults of the system: a library before libc, and programs that run the tools with it.

@@ -1,6 +1,6 @@
 #include "bench_cut.h"
 
-#include "bench.h"
+#include "bench_trade.h"
 #include "interval.h"
 
 #include <math.h>

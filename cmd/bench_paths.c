@@ -6,7 +6,7 @@
 #include "bench_paths.h"
 
 #include "bytes.h"
-#include "bench.h"
+#include "bench_trade.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
  * bench_plots.c - three plots, drawn by gnuplot from a script that holds its own data: whoever wants them another
  * way changes the script and runs it.
  */
-#include "bench.h"
+#include "bench_trade.h"
 
 #include <errno.h>
 #include <math.h>
@@ -19,7 +19,10 @@ static void put_number(FILE *out, double v)
         fputs(" NaN", out);
 }
 
-/* A block of data a kind, of those that know no eps the ends of its range: eps, ms, MB, thousands of nodes and exact ones, shade error, error in pixels. */
+/*
+ * A block of data a kind, of those that know no eps only the ends of its range: eps, ms, MB, thousands of nodes and
+ * of exact ones, error of shades, error in pixels.
+ */
 static void put_data(const struct bench_result *r, enum bench_kind kind, FILE *out)
 {
     fprintf(out, "$d%d << EOD\n", kind);

@@ -1,7 +1,11 @@
-#include "bench.h"
+#include "bench_trade.h"
 
 #include <math.h>
 #include <stdarg.h>
+
+const char *const BENCH_KIND_NAMES[BENCH_KINDS] = {
+    "hybrid", "points", "triangles", "one-cluster", "traversal", "all-triangles", "all-points",
+};
 
 /* An accuracy as it does in the view that suits it least. */
 struct worst {

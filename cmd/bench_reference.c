@@ -5,7 +5,7 @@
  * cut into bands of rows where there are more threads than pictures. Every row sees the triangles in the order of
  * the scan, so the pictures do not depend on threads or memory.
  */
-#include "bench.h"
+#include "bench_trade.h"
 
 #include "pool.h"
 #include "source.h"

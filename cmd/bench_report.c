@@ -1,4 +1,4 @@
-#include "bench.h"
+#include "bench_trade.h"
 
 #include "meta.h"
 

@@ -4,7 +4,7 @@
  * Blocks of a row are in memory before its clock starts; the picture is read back into plain memory, which counts.
  * One frame goes ahead unmeasured. Where the blocks do not fit the budget each frame decodes them, and says so.
  */
-#include "bench.h"
+#include "bench_trade.h"
 
 #include "meta.h"
 #include "scene.h"
@@ -13,9 +13,6 @@
 #include <stdlib.h>
 
 const uint8_t BENCH_BACKGROUND[3] = {0x20, 0x24, 0x28};
-const char *const BENCH_KIND_NAMES[BENCH_KINDS] = {
-    "hybrid", "points", "triangles", "one-cluster", "traversal", "all-triangles", "all-points",
-};
 
 /* Of the time, about: a million triangles, all views. */
 static struct cli_share SHARES[] = {

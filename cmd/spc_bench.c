@@ -1,5 +1,5 @@
 /* spc-bench: what speed costs in accuracy, measured on an archive against the scan it was built from. */
-#include "bench.h"
+#include "bench_trade.h"
 #include "meta.h"
 
 #include <getopt.h>

@@ -1,13 +1,13 @@
 /*
- * bench.h - the trade of speed for accuracy of one archive: what spc-bench measures and how it tells.
+ * bench_trade.h - the trade of speed for accuracy of one archive: what spc-bench measures and how it tells.
  *
  *   paths      leaves with what is above them       views      where from
  *   reference  all triangles, drawn another way     metrics    how far a picture is from that
  *   cut        what a frame had to process          rows       all of it, a row a view, accuracy and mode
  *   report     table, CSV, JSON, plots              recommend  which eps to take
  */
-#ifndef BENCH_H
-#define BENCH_H
+#ifndef BENCH_TRADE_H
+#define BENCH_TRADE_H
 
 #include "bench_cut.h"
 #include "bench_metrics.h"
