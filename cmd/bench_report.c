@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 static const struct {
     const char *name;
@@ -43,10 +44,11 @@ static int fault(const char *file, enum spc_status status, int os_errno, const c
     return EXIT_FAILED;
 }
 
-int bench_report_begin(const struct bench_options *o)
+int bench_report_begin(const struct bench_options *o, bool *made)
 {
     struct stat st;
-    if (mkdir(o->out, 0777) != 0 && errno != EEXIST)
+    *made = mkdir(o->out, 0777) == 0;
+    if (!*made && errno != EEXIST)
         return fault(o->out, SPC_IO, errno, "cannot make the folder", NULL);
     if (stat(o->out, &st) != 0 || !S_ISDIR(st.st_mode))
         return fault(o->out, SPC_IO, 0, "is no folder", "--out takes one, or the name of a new one");
@@ -60,6 +62,11 @@ int bench_report_begin(const struct bench_options *o)
             return fault(o->out, SPC_EXISTS, 0, "holds a trade already", "--force writes over it");
     }
     return EXIT_DONE;
+}
+
+void bench_report_undo(const struct bench_options *o)
+{
+    (void)rmdir(o->out);            /* not when there is something in it after all */
 }
 
 /* Writes a file of the folder by fn. Returns the exit code, a fault is told. */

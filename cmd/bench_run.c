@@ -363,13 +363,16 @@ int bench_run(const struct bench_options *options)
     r->o = *options;
     r->result.options = &r->o;
     r->result.own = options->scan_count == 0;
-    int code = options->out != NULL ? bench_report_begin(&r->o) : EXIT_DONE;
+    bool made = false;
+    int code = options->out != NULL ? bench_report_begin(&r->o, &made) : EXIT_DONE;
     if (code == EXIT_DONE) {
         cli_progress_begin(options->progress, options->archive, 0, 0);
         const enum spc_status status = run_all(r, &err);
         cli_progress_result(&err);
         code = status == SPC_OK ? bench_report(&r->result) : failed(r, &err);
     }
+    if (code != EXIT_DONE && made)
+        bench_report_undo(&r->o);
     release(r);
     free(r);
     return code;

@@ -126,7 +126,10 @@ enum spc_status bench_reference(const struct bench_options *o, const struct spc_
 int bench_run(const struct bench_options *options);
 
 /* The folder of the output: makes it, refuses one that holds a trade without force. Returns EXIT_DONE, or tells. */
-int bench_report_begin(const struct bench_options *o);
+int bench_report_begin(const struct bench_options *o, bool *made);
+
+/* Removes the folder that was made, after a failure. */
+void bench_report_undo(const struct bench_options *o);
 
 /* Table, files, plots; recommendation. */
 int bench_report(struct bench_result *r);
