@@ -50,6 +50,11 @@ bad=$(column 'v("mode") == "hybrid" && v("eps_px") == 16 && !(v("error_px_max") 
 [ -z "$bad" ] || fail "the error is small for eps 16: $bad"
 bad=$(column 'v("processed_ratio") != "" && v("processed_ratio") < 1' '$0' t/trade.csv)
 [ -z "$bad" ] || fail "less is processed than is drawn: $bad"
+bad=$(column 'v("bytes_ratio") != "" && (v("bytes_ratio") > 2 * v("processed_ratio") || 2 * v("bytes_ratio") < v("processed_ratio"))' \
+    '$0' t/trade.csv)
+[ -z "$bad" ] || fail "an element's bytes are not those of a node: $bad"
+bad=$(column 'v("view") == "close" && v("exact_elements") * 2 > v("nodes_drawn") + v("triangles_drawn")' '$0' t/trade.csv)
+[ -z "$bad" ] || fail "most of the model would be in a close-up: $bad"
 bad=$(column 'v("overlap_tolerant") != "" && v("overlap_tolerant") < 0.95' 'v("view"), v("mode"), v("eps_px")' t/trade.csv |
     grep -v ' 16$' || true)
 [ -z "$bad" ] || fail "silhouettes differ: $bad"
