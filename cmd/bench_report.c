@@ -234,6 +234,24 @@ static void cell(FILE *out, double v, int width, int digits)
         fprintf(out, " %*.*f", width, digits, v);
 }
 
+/* Thousands of a count, with all its digits where it is small. */
+static void count_cell(FILE *out, double v, int width)
+{
+    cell(out, v / 1e3, width, v < 1e4 ? 3 : 1);
+}
+
+/* Over all views together: where hardly anything is in the picture, the ratio of one says little. */
+static double ratio_of(const struct bench_result *r, enum bench_kind kind, double eps)
+{
+    double processed = 0, exact = 0;
+    for (size_t k = 0; k < r->row_count; k++)
+        if (r->rows[k].kind == kind && r->rows[k].eps_px == eps) {
+            processed += r->rows[k].value[BENCH_NODES_PROCESSED];
+            exact += r->rows[k].value[BENCH_EXACT];
+        }
+    return exact > 0 ? processed / exact : NAN;
+}
+
 static void put_line(const struct bench_result *r, enum bench_kind kind, double eps, FILE *out)
 {
     const struct bench_mean m = bench_mean_of(r, kind, eps);
@@ -242,9 +260,9 @@ static void put_line(const struct bench_result *r, enum bench_kind kind, double 
         fputs("   any", out);
     else
         cell(out, eps, 5, 2);
-    cell(out, m.mean[BENCH_NODES_PROCESSED] / 1e3, 9, 1);
-    cell(out, (m.mean[BENCH_NODES_DRAWN] + m.mean[BENCH_TRIANGLES_DRAWN]) / 1e3, 9, 1);
-    cell(out, m.mean[BENCH_PROCESSED_RATIO], 5, 1);
+    count_cell(out, m.mean[BENCH_NODES_PROCESSED], 9);
+    count_cell(out, m.mean[BENCH_NODES_DRAWN] + m.mean[BENCH_TRIANGLES_DRAWN], 9);
+    cell(out, ratio_of(r, kind, eps), 5, 1);
     cell(out, m.mean[BENCH_BYTES] / (1024 * 1024), 7, 2);
     cell(out, m.mean[BENCH_FRAME_MS], 7, 1);
     cell(out, m.max[BENCH_FRAME_MS], 7, 1);
