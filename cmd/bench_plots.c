@@ -80,7 +80,9 @@ void bench_plots_write(const struct bench_result *r, FILE *out)
              "2:6", BENCH_FRAME_MS, out);
     put_plot(r, "error-bytes.svg", "error against bytes, at each eps in pixels", "blocks of a frame in the file, MB",
              label, "3:6", BENCH_SHADE_MEAN, out);
-    fputs("\nset logscale xy\nset offsets 0, 0, 0, 0\nset xrange [*:*]\nset yrange [*:*]\n", out);
+    const double *eps = r->options->eps_px;
+    fprintf(out, "\nset logscale xy\nset offsets 0, 0, 0, 0\nset xrange [%g:%g]\nset yrange [*:*]\n", eps[0] / 1.2,
+            eps[r->options->eps_count - 1] * 1.2);
     put_plot(r, "nodes-eps.svg", "nodes that a frame processes", "eps, px", "thousands of nodes", "1:4",
              BENCH_NODES_PROCESSED, out);
 }
