@@ -153,7 +153,7 @@ FLIPS ?= 20000
 flips: $(B)/tests/test_flips   ## turn FLIPS=20000 bits in larger archives, each of which must be found
 	SPC_FLIPS=$(FLIPS) SPC_FLIPS_TRIANGLES=20000 $<
 
-soak: ; @$(MAKE) -s deps-check && $(MAKE) -j$$(nproc) all tests && scripts/soak $(B)   ## faults of the system, all of them, some twenty minutes (SPC_SEED=N)
+soak: ; @$(MAKE) -s deps-check && $(MAKE) -j$$(nproc) all tests && scripts/soak $(B)   ## faults of the system, extremes, the worst that is found: some twenty-five minutes (SPC_SEED=N)
 
 # Folders come from the environment or the command line; scripts/install has their defaults.
 install: all $(B)/libspc.a      ## tools, library, manual pages, completions: PREFIX=/usr/local DESTDIR= BINDIR= LIBDIR= MANDIR= ...
