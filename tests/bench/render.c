@@ -128,7 +128,8 @@ int main(int argc, char **argv)
         bench_must(spv_gl_create(ctx, &r.gl, &err), "OSMesa", &err);
     }
     bench_must(spv_soft_create(0, &r.soft, &err), "threads", &err);
-    printf("archive,mode,splat,eps_px,nodes_processed,nodes_drawn,triangles_drawn,gl_ms,soft_ms,draw_ms,draw_wall_ms,msplats_per_s,differ\n");
+    printf("archive,mode,splat,eps_px,nodes_processed,nodes_drawn,triangles_drawn,gl_ms,soft_ms,draw_ms,draw_wall_ms,"
+           "msplats_per_s,differ\n");
     for (int i = 1; i < argc; i++) {
         struct bench_archive a = bench_open(argv[i]);
         for (int k = 0; k < ACCURACIES_DRAWN; k++)
