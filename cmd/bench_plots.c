@@ -81,8 +81,14 @@ void bench_plots_write(const struct bench_result *r, FILE *out)
     put_plot(r, "error-bytes.svg", "error against bytes, at each eps in pixels", "blocks of a frame in the file, MB",
              label, "3:6", BENCH_SHADE_MEAN, out);
     const double *eps = r->options->eps_px;
-    fprintf(out, "\nset logscale xy\nset offsets 0, 0, 0, 0\nset xrange [%g:%g]\nset yrange [*:*]\n", eps[0] / 1.2,
-            eps[r->options->eps_count - 1] * 1.2);
+    double least = HUGE_VAL, most = 1e-3;
+    for (size_t k = 0; k < r->row_count; k++) {
+        const struct bench_mean m = bench_mean_of(r, r->rows[k].kind, r->rows[k].eps_px);
+        least = fmin(least, fmax(1e-3, m.mean[BENCH_NODES_PROCESSED] / 1e3));
+        most = fmax(most, m.mean[BENCH_NODES_PROCESSED] / 1e3);
+    }
+    fprintf(out, "\nset logscale xy\nset offsets 0, 0, 0, 0\nset xrange [%g:%g]\nset yrange [%g:%g]\n", eps[0] / 1.2,
+            eps[r->options->eps_count - 1] * 1.2, least / 1.3, most * 1.3);
     put_plot(r, "nodes-eps.svg", "nodes that a frame processes", "eps, px", "thousands of nodes", "1:4",
              BENCH_NODES_PROCESSED, out);
 }
