@@ -179,12 +179,13 @@ static char *json_of(const struct bench_result *r)
     const struct spc_header *h = spc_reader_header(r->reader);
     const struct bench_options *o = r->options;
     json_t *out = json_pack(
-        "{s:s, s:{s:I, s:I, s:I, s:I, s:s}, s:s, s:o, s:s, s:i, s:i, s:i, s:i, s:s, s:o, s:o}", "tool",
+        "{s:s, s:{s:I, s:I, s:I, s:I, s:s}, s:s, s:o, s:s, s:i, s:i, s:i, s:i, s:i, s:s, s:o, s:o}", "tool",
         "spc-bench " SPC_TOOL_VERSION, "archive", "file_bytes", (json_int_t)h->file_bytes, "nodes",
         (json_int_t)h->node_count, "leaves", (json_int_t)h->leaf_count, "clusters", (json_int_t)h->cluster_count,
         "error", h->flags & SPC_FLAG_ERROR_PAPER ? "paper" : "bound", "reference", r->own ? "archive" : "scan",
         "scans", reference_json(r), "renderer", r->renderer, "width", o->picture.width, "height", o->picture.height,
-        "repeat", (int)o->repeat, "reference_samples", BENCH_SAMPLES * BENCH_SAMPLES, "definitions", definitions,
+        "repeat", (int)o->repeat, "samples", (int)(o->samples * o->samples),
+        "reference_samples", BENCH_SAMPLES * BENCH_SAMPLES, "definitions", definitions,
         "views", views_json(r), "rows", rows_json(r));
     if (o->recommend)
         json_object_set_new(out, "recommend", recommendation(r));

@@ -7,6 +7,7 @@
 #include "bench_trade.h"
 
 #include "meta.h"
+#include "sample.h"
 #include "scene.h"
 
 #include <math.h>
@@ -37,7 +38,7 @@ struct run {
     struct bench_paths *paths;
     struct bench_truth truths[BENCH_VIEWS];
     struct bench_cut *traversal;    /* [view_count * eps_count], or NULL */
-    uint8_t *rgba;
+    uint8_t *rgba, *samples;        /* a picture, and what it is the mean of */
     size_t pixels;
     const char *file;               /* what an error is about */
 };
@@ -57,7 +58,8 @@ static struct spv_view view_of(const struct run *r, uint32_t v, enum bench_kind 
     };
     const struct spv_camera *c = &r->result.views[v].camera;
     const bool all = kind == BENCH_ALL_POINTS || kind == BENCH_ALL_TRIANGLES;
-    return (struct spv_view){.camera = *c, .eps = spv_camera_eps(c, kind == BENCH_ALL_POINTS ? 1e-9 : eps_px),
+    return (struct spv_view){.camera = spv_sample_camera(c, (int)r->o.samples),
+                             .eps = spv_camera_eps(c, kind == BENCH_ALL_POINTS ? 1e-9 : eps_px),
                              .mode = modes[kind], .cull = !all && !r->o.picture.no_cull};
 }
 
@@ -65,6 +67,20 @@ static int by_size(const void *a, const void *b)
 {
     const double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
+}
+
+/* The mean of the samples, over the background where a pixel is covered in part. */
+static void average(struct run *r)
+{
+    const struct picture_options *p = &r->o.picture;
+    if (r->o.samples == 1)
+        return;
+    spv_sample_average(r->samples, (int)r->o.samples, p->width, p->height, r->rgba);
+    for (size_t i = 0; i < r->pixels; i++) {
+        uint8_t *at = r->rgba + 4 * i;
+        for (int c = 0; c < 3 && at[3] > 0 && at[3] < 255; c++)
+            at[c] = (uint8_t)((at[c] * at[3] + BENCH_BACKGROUND[c] * (255 - at[3]) + 127) / 255);
+    }
 }
 
 /* ms[repeat] of frames that are drawn as given; the picture stays in rgba. */
@@ -77,14 +93,16 @@ static enum spc_status draw_frames(struct run *r, const struct spv_view *view, b
         struct spv_scene_stats stats = {0};
         const double began = cli_seconds();
         if (resident) {
-            status = spv_scene_frame(r->scene, view, NULL, &options, r->rgba, &stats, err);
+            status = spv_scene_frame(r->scene, view, NULL, &options, r->samples, &stats, err);
             *drawn = stats.drawn;
         } else {
             status = spv_select(r->result.reader, view, &r->selection, err);
             if (status == SPC_OK)
-                status = spv_draw_selection(r->draw, r->result.reader, view, &r->selection, &options, r->rgba, drawn,
+                status = spv_draw_selection(r->draw, r->result.reader, view, &r->selection, &options, r->samples, drawn,
                                             err);
         }
+        if (status == SPC_OK)
+            average(r);
         if (k > 0)
             ms[k - 1] = 1e3 * (cli_seconds() - began);
     }
@@ -267,9 +285,12 @@ static enum spc_status open_archive(struct run *r, struct spc_error *err)
     struct picture_options *p = &r->o.picture;
     const struct spv_scene_options options = {.budget = p->memory, .threads = p->threads};
     r->pixels = (size_t)p->width * (size_t)p->height;
+    const size_t n = r->o.samples;
     r->rgba = malloc(r->pixels * 4);
+    r->samples = n == 1 ? r->rgba : malloc(r->pixels * 4 * n * n);
     r->paths = calloc(1, sizeof *r->paths);
-    enum spc_status status = r->rgba && r->paths ? picture_renderer(p, &r->ctx, &r->draw, err) : no_memory(err);
+    const bool room = r->rgba != NULL && r->samples != NULL && r->paths != NULL;
+    enum spc_status status = room ? picture_renderer(p, &r->ctx, &r->draw, err) : no_memory(err);
     if (status == SPC_OK)
         status = spv_scene_create(&options, r->draw, &r->scene, err);
     if (status == SPC_OK)
@@ -344,6 +365,8 @@ static void release(struct run *r)
     free(r->paths);
     free(r->traversal);
     free(r->result.rows);
+    if (r->samples != r->rgba)
+        free(r->samples);
     free(r->rgba);
     spv_selection_release(&r->selection);
     spv_scene_free(r->scene);

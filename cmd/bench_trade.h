@@ -41,6 +41,7 @@ struct bench_options {
     uint32_t eps_count;
     bool kinds[BENCH_KINDS], views[BENCH_VIEWS];
     uint32_t repeat;
+    uint32_t samples;               /* of our pictures, a pixel and axis */
     bool force, json, recommend;
     double fps, error_px, shade;    /* what is asked for; 0: nothing */
     enum cli_progress_mode progress;

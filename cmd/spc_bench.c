@@ -1,5 +1,6 @@
 /* spc-bench: what speed costs in accuracy, measured on an archive against the scan it was built from. */
 #include "bench_trade.h"
+#include "sample.h"
 #include "meta.h"
 
 #include <getopt.h>
@@ -34,6 +35,7 @@ static const char HELP[] =
 static const char HELP_MORE[] =
     "\n"
     "      --size WxH         pixels (default 1024x1024)\n"
+    "      --samples N        N x N samples a pixel, 1 to 8 (default 1)\n"
     "      --fov DEG          vertical field of view (default 45)\n"
     "      --up X,Y,Z         vertical axis (default: the archive's, else 0,1,0)\n"
     "      --splat exact|fast     outline of splats (default exact)\n"
@@ -48,11 +50,12 @@ static const char HELP_MORE[] =
     "of the framing distance from the surface; inside, from the box's middle.\n";
 
 enum { OPT_REFERENCE = 256, OPT_OUT, OPT_FORCE, OPT_EPS, OPT_MODE, OPT_VIEW, OPT_BASELINE, OPT_REPEAT,
-       OPT_RECOMMEND, OPT_FPS, OPT_ERROR, OPT_SHADE, OPT_JSON, OPT_PROGRESS };
+       OPT_RECOMMEND, OPT_FPS, OPT_ERROR, OPT_SHADE, OPT_JSON, OPT_PROGRESS, OPT_SAMPLES };
 static const struct option LONG[] = {
     {"reference", 1, NULL, OPT_REFERENCE}, {"out", 1, NULL, OPT_OUT}, {"force", 0, NULL, OPT_FORCE},
     {"eps", 1, NULL, OPT_EPS}, {"mode", 1, NULL, OPT_MODE}, {"view", 1, NULL, OPT_VIEW},
-    {"baseline", 1, NULL, OPT_BASELINE}, {"repeat", 1, NULL, OPT_REPEAT}, {"recommend", 0, NULL, OPT_RECOMMEND},
+    {"baseline", 1, NULL, OPT_BASELINE}, {"repeat", 1, NULL, OPT_REPEAT},
+    {"samples", 1, NULL, OPT_SAMPLES}, {"recommend", 0, NULL, OPT_RECOMMEND},
     {"fps", 1, NULL, OPT_FPS}, {"error", 1, NULL, OPT_ERROR}, {"shade", 1, NULL, OPT_SHADE},
     {"json", 0, NULL, OPT_JSON}, {"progress", 1, NULL, OPT_PROGRESS}, {"size", 1, NULL, PICTURE_SIZE},
     {"fov", 1, NULL, PICTURE_FOV}, {"up", 1, NULL, PICTURE_UP}, {"splat", 1, NULL, PICTURE_SPLAT},
@@ -149,6 +152,9 @@ static int take_option(int c, const char *value, struct bench_options *o)
     case OPT_REPEAT:
         return cli_u32(value, 1, BENCH_REPEAT_MAX, &o->repeat)
                    ? EXIT_DONE : cli_usage("--repeat takes 1 to %d, not '%s'", BENCH_REPEAT_MAX, value);
+    case OPT_SAMPLES:
+        return cli_u32(value, 1, SPV_SAMPLES_MAX, &o->samples)
+                   ? EXIT_DONE : cli_usage("--samples takes 1 to %d, not '%s'", SPV_SAMPLES_MAX, value);
     case OPT_PROGRESS:
         return cli_progress_mode(value, &o->progress)
                    ? EXIT_DONE : cli_usage("--progress takes auto, always, never or json, not '%s'", value);
@@ -187,7 +193,7 @@ static int check_options(const struct bench_options *o)
 
 int main(int argc, char **argv)
 {
-    static struct bench_options o = {.repeat = 5, .eps_px = {0.25, 0.5, 1, 2, 4, 8, 16}, .eps_count = 7,
+    static struct bench_options o = {.repeat = 5, .samples = 1, .eps_px = {0.25, 0.5, 1, 2, 4, 8, 16}, .eps_count = 7,
                                      .progress = CLI_PROGRESS_AUTO};
     int c;
     cli_init("spc-bench");
