@@ -58,7 +58,7 @@ static struct spv_view view_of(const struct run *r, uint32_t v, enum bench_kind 
     };
     const struct spv_camera *c = &r->result.views[v].camera;
     const bool all = kind == BENCH_ALL_POINTS || kind == BENCH_ALL_TRIANGLES;
-    return (struct spv_view){.camera = spv_sample_camera(c, (int)r->o.samples),
+    return (struct spv_view){.camera = *c,
                              .eps = spv_camera_eps(c, kind == BENCH_ALL_POINTS ? 1e-9 : eps_px),
                              .mode = modes[kind], .cull = !all && !r->o.picture.no_cull};
 }
@@ -109,8 +109,13 @@ static enum spc_status draw_frames(struct run *r, const struct spv_view *view, b
     return status;
 }
 
-static enum spc_status measure_frames(struct run *r, const struct spv_view *view, double *value, struct spc_error *err)
+/* Lengths on screen are counted in pixels; what is drawn has the view's samples. */
+static enum spc_status measure_frames(struct run *r, const struct spv_view *pixels, double *value,
+                                      struct spc_error *err)
 {
+    struct spv_view sampled = *pixels;
+    const struct spv_view *view = &sampled;
+    sampled.camera = spv_sample_camera(&pixels->camera, (int)r->o.samples);
     const uint32_t n = r->o.repeat;
     uint32_t missing = 1;
     struct spv_drawn drawn = {0};
