@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 static const double IDLE_S = 10, LOADING_S = 0.04, RETRY_S = 0.5;
+static const double PAUSE_S = 0.15;             /* between two moves of one movement: no picture is refined then */
 
 /* ---- a user -------------------------------------------------------------------------------------- */
 
@@ -38,7 +39,7 @@ static void take_events(struct view *v)
 
 static int run_user(struct view *v)
 {
-    double last = cli_seconds(), wait = 0;
+    double last = cli_seconds(), moved_last = -PAUSE_S, wait = 0;
     bool failed = false;
     while (!v->quit) {
         spv_window_wait(v->window, wait);
@@ -50,7 +51,9 @@ static int run_user(struct view *v)
             v->notice[0] = '\0';
             v->changed = true;
         }
-        v->moving = moved || spv_control_moving(&v->control);
+        if (moved)
+            moved_last = now;
+        v->moving = spv_control_moving(&v->control) || now - moved_last < PAUSE_S;
         const bool due = rest(v) == 0 || v->stats.blocks_missing > v->stats.blocks_hidden;
         if (due || wants_smooth(v))
             failed = !view_frame(v);        /* there may be room later */
