@@ -18,21 +18,6 @@ enum { ROUNDS = 15, AROUND = 12 };
 
 static const double CHOOSE_PX[] = {1, 2, 4};
 
-static struct spv_view view_at(const struct spc_header *h, int v, bool near, double eps_px)
-{
-    static const double UP[3] = {0, 0, 1};
-    struct spv_view view = {.mode = SPV_HYBRID, .cull = true};
-    const double turn = 2 * acos(-1) / AROUND;
-    spv_camera_orbit(&view.camera, h->box_min, h->box_max, v * turn, 0.3 * (v % 3 - 1), 0, UP, 45 * acos(-1) / 180,
-                     SIZE_PX, SIZE_PX);
-    for (int a = 0; a < 3 && near; a++) {
-        const double middle = h->box_min[a] / 2 + h->box_max[a] / 2;
-        view.camera.eye[a] = middle + (view.camera.eye[a] - middle) / 3;
-    }
-    view.eps = spv_camera_eps(&view.camera, eps_px);
-    return view;
-}
-
 /* Some of the node's ball is in the picture; to float precision. */
 static bool in_picture(const struct spv_camera *c, const struct spv_interval *in, const uint8_t *record)
 {
@@ -96,7 +81,7 @@ static void add_block(const struct bench_archive *a, const struct spv_view *view
 
 static void measure(const struct bench_archive *a, int v, bool near, double eps_px)
 {
-    struct spv_view view = view_at(a->header, v, near, eps_px), all = view;
+    struct spv_view view = views_around(a->header, v, AROUND, near, eps_px), all = view;
     struct spv_selection s = {0}, everything = {0};
     struct spc_error err = {0};
     struct sums sums = {0};

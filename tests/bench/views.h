@@ -44,4 +44,20 @@ static inline struct spv_view views_near(const struct spc_reader *reader, int v,
     return view;
 }
 
+/* View v of count around the whole model, or from a third of that distance to its middle. */
+static inline struct spv_view views_around(const struct spc_header *h, int v, int count, bool near, double eps_px)
+{
+    static const double UP[3] = {0, 0, 1};
+    struct spv_view view = {.mode = SPV_HYBRID, .cull = true};
+    const double turn = 2 * acos(-1) / count;
+    spv_camera_orbit(&view.camera, h->box_min, h->box_max, v * turn, 0.3 * (v % 3 - 1), 0, UP, 45 * acos(-1) / 180,
+                     SIZE_PX, SIZE_PX);
+    for (int a = 0; a < 3 && near; a++) {
+        const double middle = h->box_min[a] / 2 + h->box_max[a] / 2;
+        view.camera.eye[a] = middle + (view.camera.eye[a] - middle) / 3;
+    }
+    view.eps = spv_camera_eps(&view.camera, eps_px);
+    return view;
+}
+
 #endif
