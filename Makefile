@@ -42,7 +42,7 @@ BINARIES := $(addprefix $(B)/,$(subst _,-,$(TOOLS))) $(B)/gen-scan
 Q := $(if $(V),,@)
 say := @echo "  "
 
-.PHONY: all demo check tests fuzz fuzzers sweep flips conformance soak asan tsan bench decisions points deps deps-check format tidy layers install uninstall deb clean help
+.PHONY: all demo check tests fuzz fuzzers sweep flips conformance soak asan tsan bench decisions points deps deps-check experiments format tidy layers install uninstall deb clean help
 .SECONDARY:                     # keep objects
 all: $(BINARIES)                ## the tools, into build/release/
 
@@ -117,12 +117,13 @@ $(B)/bench-clouds: $(call obj,tests/bench/clouds.c) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build)
 $(B)/bench-readers: $(call obj,tests/bench/readers.c) $(B)/libspb.a $(B)/libspc.a
 	$(LINK) $(LIBS_build)
-$(B)/bench-render: $(call obj,tests/bench/render.c) $(B)/libspv.a $(B)/libspc.a
+$(B)/bench-frames $(B)/bench-render: $(B)/bench-%: $(call obj,tests/bench/%.c) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_viewer)
 $(B)/bench-%: $(call obj,tests/bench/%.c) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_format)
 bench: ; @scripts/install_deps build bench && $(MAKE) -j$$(nproc) all $(B)/bench-decode $(B)/bench-readers $(B)/bench-bandwidth && scripts/bench $(B) $(SCAN) && scripts/scaling $(B)  ## cost of the codecs, on a generated scan (SCAN=path: and on that one), and of larger scans (SCALING="1 10" million triangles)
 decisions: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-decisions $(B)/bench-orders && scripts/decisions $(B)  ## tables of spec/decisions.md, some minutes (SPC_DATA=folder: on folder/scans too)
+experiments: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-frames $(B)/bench-shares && scripts/experiments $(B)  ## the papers' findings, measured: tables of spec/experiments.md, a quarter of an hour (SPC_DATA=folder: on folder/scans too; PARTS="times hybrid")
 points: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-clouds && scripts/points $(B)  ## how well disks of points cover, some minutes (SPC_DATA=folder: on four of folder/scans too)
 
 # The same targets as in tests/test_fuzz_replay.c, driven by libFuzzer of clang.

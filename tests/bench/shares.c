@@ -11,6 +11,8 @@
  * cones      in clusters whose whole cone is seen from behind
  * groups     in these, or in a normal cluster seen from behind: of every block, and of those kept apart
  * behind     whose own normal faces away: what no rule could do better than
+ * axis       in a normal cluster whose axis points away along the view, whatever its normals: the thesis' rule;
+ *            wrong: those of them whose own normal faces the eye
  * read are the bytes of the chosen blocks, stored those of the file. A node counts where its own error
  * interval begins, without the room for a triangle's corners (links): a viewer tests a few more.
  */
@@ -38,7 +40,7 @@ struct part {                       /* a block, decoded once */
 };
 
 struct sums {
-    uint64_t one_list, prefix, chosen, tested, cones, groups, kept, behind, read;
+    uint64_t one_list, prefix, chosen, tested, cones, groups, kept, behind, axis, wrong, read;
 };
 
 static int by_parent(const void *a, const void *b)
@@ -89,6 +91,11 @@ static double distance_to(const double low[3], const double high[3], const doubl
     return sqrt(square);
 }
 
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
 static uint32_t reaching(const struct node *nodes, uint32_t count, double least)
 {
     uint32_t low = 0, high = count;
@@ -131,6 +138,7 @@ static void add_part(const struct bench_archive *a, const struct spv_view *view,
     const struct node *group = p->nodes;
     for (uint32_t g = 0; g < a->header->normal_clusters; g++) {
         const uint32_t count = load_u16(p->groups + 4 * (size_t)g), n = reaching(group, count, least);
+        double way[3];
         s->one_list += reaching(group, count, least_of_all);
         if (n > 0) {
             const bool away = cull && (cone || spv_group_behind(a->reader, c, eye, g, p->groups));
@@ -138,7 +146,13 @@ static void add_part(const struct bench_archive *a, const struct spv_view *view,
             s->cones += cone ? n : 0;
             s->groups += away ? n : 0;
             s->kept += away && (cone || kept) ? n : 0;
-            s->behind += cull ? facing_away(group, n, eye) : 0;
+            const uint64_t behind = cull ? facing_away(group, n, eye) : 0;
+            s->behind += behind;
+            spc_reader_axis(a->reader, g, way);
+            if (cull && dot(way, view->camera.forward) > 0) {
+                s->axis += n;
+                s->wrong += n - behind;
+            }
             s->chosen += chosen ? n : 0;
             s->tested += chosen && !(away && kept) ? n : 0;
         }
@@ -165,12 +179,12 @@ static void measure(const struct bench_archive *a, const struct part *parts, boo
             add_part(a, &view, &parts[i], chosen[i], least, &s);
         s.read += selection.bytes;
     }
-    printf("%s,%s,%g,%d,%u,%llu,%llu,%llu,%llu,%llu,%llu,%llu,%llu,%llu,%llu,%llu\n", a->path,
-           near ? "near" : "whole", eps_px, AROUND, h->cluster_count, (unsigned long long)h->node_count * AROUND,
-           (unsigned long long)s.one_list, (unsigned long long)s.prefix, (unsigned long long)s.chosen,
-           (unsigned long long)s.tested, (unsigned long long)s.cones, (unsigned long long)s.groups,
-           (unsigned long long)s.kept, (unsigned long long)s.behind, (unsigned long long)s.read,
-           (unsigned long long)h->file_bytes * AROUND);
+    const uint64_t counts[] = {h->node_count * AROUND, s.one_list, s.prefix, s.chosen, s.tested, s.cones, s.groups,
+                               s.kept, s.behind, s.axis, s.wrong, s.read, h->file_bytes * AROUND};
+    printf("%s,%s,%g,%d,%u", a->path, near ? "near" : "whole", eps_px, AROUND, h->cluster_count);
+    for (size_t k = 0; k < sizeof counts / sizeof *counts; k++)
+        printf(",%llu", (unsigned long long)counts[k]);
+    putchar('\n');
     spv_selection_release(&selection);
     free(chosen);
 }
@@ -181,8 +195,8 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: bench-shares ARCHIVE...\n");
         return 2;
     }
-    puts("archive,from,eps_px,views,clusters,nodes,one_list,prefix,chosen,tested,cones,groups,kept,behind,read,"
-         "stored");
+    puts("archive,from,eps_px,views,clusters,nodes,one_list,prefix,chosen,tested,cones,groups,kept,behind,axis,"
+         "wrong,read,stored");
     for (int i = 1; i < argc; i++) {
         struct bench_archive a = bench_open(argv[i]);
         struct part *parts = bench_memory(a.header->block_count * sizeof *parts);
