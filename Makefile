@@ -87,7 +87,7 @@ deps-check: ; @scripts/install_deps build test $(if $(filter 1,$(MESH)),mesh)
 
 # One program a test file; helpers of tests are tests/*.c without the prefix.
 TEST_HELPERS := $(call obj,$(filter-out tests/test_% %/fuzz_entry.c %/fuzz_corpus.c,$(wildcard tests/*.c tests/fuzz/*.c)))
-tests: $(addprefix $(B)/tests/,$(TESTS)) $(B)/conformance_dump $(B)/window_probe $(addprefix $(B)/tests/,$(FAULTS))
+tests: $(addprefix $(B)/tests/,$(TESTS)) $(B)/bench-frames $(B)/bench-shares $(B)/conformance_dump $(B)/window_probe $(addprefix $(B)/tests/,$(FAULTS))
 $(B)/libtest.a: $(TEST_HELPERS) $(call obj,cmd/ref_raster.c)
 $(B)/tests/test_%: $(call obj,tests/test_%.c) $(B)/libtest.a $(B)/libspv.a $(B)/libspb.a $(B)/libspc.a
 	@mkdir -p $(@D)
