@@ -123,7 +123,7 @@ $(B)/bench-%: $(call obj,tests/bench/%.c) $(B)/libspv.a $(B)/libspc.a
 	$(LINK) $(LIBS_format)
 bench: ; @scripts/install_deps build bench && $(MAKE) -j$$(nproc) all $(B)/bench-decode $(B)/bench-readers $(B)/bench-bandwidth && scripts/bench $(B) $(SCAN) && scripts/scaling $(B)  ## cost of the codecs, on a generated scan (SCAN=path: and on that one), and of larger scans (SCALING="1 10" million triangles)
 decisions: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-decisions $(B)/bench-orders && scripts/decisions $(B)  ## tables of spec/decisions.md, some minutes (SPC_DATA=folder: on folder/scans too)
-experiments: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-frames $(B)/bench-shares && scripts/experiments $(B)  ## the papers' findings, measured: tables of spec/experiments.md, a quarter of an hour (SPC_DATA=folder: on folder/scans too; PARTS="times hybrid")
+experiments: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-frames $(B)/bench-shares && scripts/experiments $(B)  ## the papers' findings, measured: tables of spec/experiments.md, about twenty minutes (SPC_DATA=folder: on folder/scans too; PARTS="times hybrid")
 points: ; @$(MAKE) -s deps && $(MAKE) -j$$(nproc) all $(B)/bench-clouds && scripts/points $(B)  ## how well disks of points cover, some minutes (SPC_DATA=folder: on four of folder/scans too)
 
 # The same targets as in tests/test_fuzz_replay.c, driven by libFuzzer of clang.
