@@ -24,6 +24,8 @@ struct spv_window {
     int key_queued;                 /* scancode of the KEY that was queued last, whose character may follow; -1 */
     bool full_screen;               /* full screen now; these are where the window was, in screen coordinates */
     int x, y, width, height;
+    bool pointed;                   /* the pointer has been seen, */
+    double at[2];                   /* there, as the screen counts */
 };
 
 /* ---- keys ----------------------------------------------------------------------------------------- */
@@ -154,6 +156,19 @@ static unsigned modifiers_now(GLFWwindow *glfw)
     return modifiers;
 }
 
+/*
+ * Where the pointer was when the event came: by the move before it. The screen's own answer is where it is by
+ * now, which after a slow frame is where a drag ends, not where it began.
+ */
+static void pointer_now(GLFWwindow *glfw, struct spv_event *event)
+{
+    const struct spv_window *w = window_of(glfw);
+    double x = w->at[0], y = w->at[1];
+    if (!w->pointed)
+        glfwGetCursorPos(glfw, &x, &y);
+    pointer(glfw, x, y, event);
+}
+
 static void on_button(GLFWwindow *glfw, int button, int action, int mods)
 {
     struct spv_event e = {.kind = action == GLFW_PRESS ? SPV_EVENT_BUTTON : SPV_EVENT_BUTTON_UP,
@@ -166,14 +181,16 @@ static void on_button(GLFWwindow *glfw, int button, int action, int mods)
         e.button = SPV_BUTTON_MIDDLE;
     else
         return;
-    double x, y;
-    glfwGetCursorPos(glfw, &x, &y);
-    pointer(glfw, x, y, &e);
+    pointer_now(glfw, &e);
     push(window_of(glfw), &e);
 }
 
 static void on_move(GLFWwindow *glfw, double x, double y)
 {
+    struct spv_window *w = window_of(glfw);
+    w->pointed = true;
+    w->at[0] = x;
+    w->at[1] = y;
     struct spv_event e = {.kind = SPV_EVENT_MOVE, .modifiers = modifiers_now(glfw)};
     pointer(glfw, x, y, &e);
     push(window_of(glfw), &e);
@@ -183,11 +200,9 @@ static void on_wheel(GLFWwindow *glfw, double across, double steps)
 {
     (void)across;
     struct spv_event e = {.kind = SPV_EVENT_WHEEL, .modifiers = modifiers_now(glfw), .steps = steps};
-    double x, y;
     if (steps == 0)
         return;
-    glfwGetCursorPos(glfw, &x, &y);
-    pointer(glfw, x, y, &e);
+    pointer_now(glfw, &e);
     push(window_of(glfw), &e);
 }
 
