@@ -355,10 +355,8 @@ static const char *remedy_of(const struct run *r, const struct spc_error *err)
 static int failed(const struct run *r, const struct spc_error *err)
 {
     const char *file = r->file != NULL ? r->file : r->o.archive;
-    const bool invalid = file == r->o.archive && err->status >= SPC_NOT_SPC && err->status < SPC_INPUT_FORMAT &&
-                         err->status != SPC_FEATURE;
     cli_error(file, err, remedy_of(r, err));
-    return invalid ? EXIT_INVALID : EXIT_FAILED;
+    return file == r->o.archive ? cli_exit_code(err->status) : EXIT_FAILED;
 }
 
 static void release(struct run *r)

@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <getopt.h>
 #include <jansson.h>
 #include <malloc.h>
 #include <math.h>
@@ -150,10 +151,30 @@ int cli_usage(const char *fmt, ...)
     return EXIT_USAGE;
 }
 
-int cli_version(void)
+bool cli_common(int c, char **argv, const char *help, const char *more, int *code)
 {
-    printf("%s %s\n", tool_name, SPC_TOOL_VERSION);
-    return cli_finish(EXIT_DONE);
+    if (c == '?') {
+        *code = cli_usage("'%s' is no option, or lacks its value", argv[optind - 1]);
+    } else if (c == 'V') {
+        printf("%s %s\n", tool_name, SPC_TOOL_VERSION);
+        *code = cli_finish(EXIT_DONE);
+    } else if (c == 'h' && more != NULL && optarg != NULL && strcmp(optarg, "all") != 0) {
+        *code = cli_usage("--help takes all, or nothing, not '%s'", optarg);
+    } else if (c == 'h') {
+        fputs(help, stdout);
+        if (more != NULL && optarg != NULL)
+            fputs(more, stdout);
+        *code = cli_finish(EXIT_DONE);
+    } else {
+        return false;
+    }
+    return true;
+}
+
+int cli_exit_code(enum spc_status status)
+{
+    const bool invalid = status >= SPC_NOT_SPC && status < SPC_INPUT_FORMAT && status != SPC_FEATURE;
+    return status == SPC_OK ? EXIT_DONE : invalid ? EXIT_INVALID : EXIT_FAILED;
 }
 
 int cli_finish(int code)

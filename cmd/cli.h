@@ -36,8 +36,14 @@ void cli_list(const char *file, const char *fault);
 /* "tool: text" and a hint at --help; returns EXIT_USAGE. */
 int cli_usage(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 
-/* Prints the tool's version as data. Returns EXIT_DONE. */
-int cli_version(void);
+/*
+ * Does what getopt_long's -h[=all], -V and '?' ask of every tool: prints help, and more where all of it is asked
+ * for (NULL: there is no more), the version, or what is wrong. False: c is none of these. *code: to exit with.
+ */
+bool cli_common(int c, char **argv, const char *help, const char *more, int *code);
+
+/* What a tool that reads an archive exits with. */
+int cli_exit_code(enum spc_status status);
 
 /* Flushes stdout; EXIT_FAILED with a message when that fails (a full disk), else code. */
 int cli_finish(int code);

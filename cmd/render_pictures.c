@@ -120,9 +120,8 @@ static int bad_camera(void)
 
 static int failed(const char *file, const struct spc_error *err)
 {
-    const bool invalid = err->status >= SPC_NOT_SPC && err->status < SPC_INPUT_FORMAT && err->status != SPC_FEATURE;
     cli_error(file, err, NULL);
-    return invalid ? EXIT_INVALID : EXIT_FAILED;
+    return cli_exit_code(err->status);
 }
 
 static bool make_camera(const struct session *s, const struct picture_options *p, struct spv_camera *camera)

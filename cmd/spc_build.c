@@ -223,19 +223,10 @@ int main(int argc, char **argv)
     spb_build_defaults(&a.build);
     opterr = 0;
     while ((c = getopt_long(argc, argv, "o:qhV", LONG, NULL)) != -1) {
-        if (c == 'h') {
-            if (optarg != NULL && strcmp(optarg, "all") != 0)
-                return cli_usage("--help takes all, or nothing, not '%s'", optarg);
-            fputs(HELP, stdout);
-            if (optarg != NULL)
-                fputs(HELP_MORE, stdout);
-            return cli_finish(EXIT_DONE);
-        }
-        if (c == 'V')
-            return cli_version();
-        if (c == '?')
-            return cli_usage("'%s' is no option, or lacks its value", argv[optind - 1]);
-        const int code = parse_option(c, optarg, &a);
+        int code;
+        if (cli_common(c, argv, HELP, HELP_MORE, &code))
+            return code;
+        code = parse_option(c, optarg, &a);
         if (code != EXIT_DONE)
             return code;
     }

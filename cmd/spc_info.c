@@ -456,15 +456,10 @@ int main(int argc, char **argv)
     signal(SIGPIPE, SIG_DFL);       /* 'spc-info --clusters | head' ends in silence, whoever started it */
     opterr = 0;
     while ((c = getopt_long(argc, argv, "hV", LONG, NULL)) != -1) {
-        if (c == 'h') {
-            fputs(HELP, stdout);
-            return cli_finish(EXIT_DONE);
-        }
-        if (c == 'V')
-            return cli_version();
-        if (c == '?')
-            return cli_usage("'%s' is no option, or lacks its value", argv[optind - 1]);
-        const int code = take_option(c, optarg, &q);
+        int code;
+        if (cli_common(c, argv, HELP, NULL, &code))
+            return code;
+        code = take_option(c, optarg, &q);
         if (code != EXIT_DONE)
             return code;
     }

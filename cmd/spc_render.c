@@ -108,19 +108,10 @@ int main(int argc, char **argv)
     cli_init("spc-render");
     opterr = 0;
     while ((c = getopt_long(argc, argv, "o:hV", LONG, NULL)) != -1) {
-        if (c == 'h') {
-            if (optarg != NULL && strcmp(optarg, "all") != 0)
-                return cli_usage("--help takes all, or nothing, not '%s'", optarg);
-            fputs(HELP, stdout);
-            if (optarg != NULL)
-                fputs(HELP_MORE, stdout);
-            return cli_finish(EXIT_DONE);
-        }
-        if (c == 'V')
-            return cli_finish(cli_version());
-        if (c == '?')
-            return cli_usage("'%s' is no option, or lacks its value", argv[optind - 1]);
-        const int code = take_option(c, optarg, &o);
+        int code;
+        if (cli_common(c, argv, HELP, HELP_MORE, &code))
+            return code;
+        code = take_option(c, optarg, &o);
         if (code != EXIT_DONE)
             return code;
     }

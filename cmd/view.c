@@ -95,12 +95,6 @@ static void set_eps(struct view *v, double eps_px)
     v->changed = true;
 }
 
-static int exit_code(enum spc_status status)
-{
-    const bool invalid = status >= SPC_NOT_SPC && status < SPC_INPUT_FORMAT && status != SPC_FEATURE;
-    return status == SPC_OK ? EXIT_DONE : invalid ? EXIT_INVALID : EXIT_FAILED;
-}
-
 /* A file that cannot be opened ends a script: nobody is there to read the message. */
 static int do_event(struct view *v, const struct spv_event *event)
 {
@@ -113,7 +107,7 @@ static int do_event(struct view *v, const struct spv_event *event)
     v->message[0] = '\0';
     if (status != SPC_OK)
         cli_error(event->path, &err, NULL);
-    return exit_code(status);
+    return cli_exit_code(status);
 }
 
 /* Returns an exit code. */
@@ -252,7 +246,7 @@ static int open_files(struct view *v)
         if (v->o.script == NULL && v->o.screenshot == NULL)
             continue;
         v->message[0] = '\0';
-        return i >= SPV_SCENE_ARCHIVES_MAX ? EXIT_FAILED : exit_code(status);
+        return i >= SPV_SCENE_ARCHIVES_MAX ? EXIT_FAILED : cli_exit_code(status);
     }
     return place_camera(v);
 }

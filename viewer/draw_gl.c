@@ -221,20 +221,6 @@ static int nearer(const void *a, const void *b)
     return p->first < q->first ? -1 : p->first > q->first;
 }
 
-static double distance2(const struct gl_frame *f, uint32_t part, uint32_t cluster)
-{
-    const struct spc_reader *reader = f->in->parts[part].reader;
-    struct spc_cluster c;
-    double eye[3], sum = 0;
-    spc_reader_cluster(reader, cluster, &c);
-    spv_eye_of_cluster(reader, &c, &f->in->view->camera, eye);
-    for (int a = 0; a < 3; a++) {
-        const double out = fmax(0, fmax((double)c.box[a] - eye[a], eye[a] - (double)c.box[a + 3]));
-        sum += out * out;
-    }
-    return ldexp(sum, 2 * f->gl->parts[part].header->unit_exp);
-}
-
 /* All parts' items by cluster, near first: what is near hides what is far. */
 static enum spc_status near_first(struct gl_frame *f, struct spc_error *err)
 {
@@ -246,14 +232,16 @@ static enum spc_status near_first(struct gl_frame *f, struct spc_error *err)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to order clusters");
     f->cluster_count = 0;
     for (uint32_t p = 0; p < f->in->part_count; p++) {
+        const struct spc_reader *reader = f->in->parts[p].reader;
+        const int unit = gl->parts[0].header->unit_exp;
         struct gl_cluster *last = NULL;
         for (uint32_t i = 0; i < f->in->parts[p].item_count; i++) {
             struct spc_block b;
-            spc_reader_block(f->in->parts[p].reader, f->in->parts[p].items[i].block, &b);
+            spc_reader_block(reader, f->in->parts[p].items[i].block, &b);
             if (last == NULL || last->cluster != b.cluster) {
                 last = &gl->clusters[f->cluster_count++];
-                *last = (struct gl_cluster){.distance2 = distance2(f, p, b.cluster), .part = p,
-                                            .cluster = b.cluster, .first = i};
+                *last = (struct gl_cluster){.part = p, .cluster = b.cluster, .first = i};
+                last->distance2 = spv_cluster_distance2(reader, &f->in->view->camera, b.cluster, unit);
             }
             last->count++;
         }

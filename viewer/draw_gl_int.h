@@ -49,7 +49,7 @@ struct gl_part {                    /* of the frame */
 };
 
 struct gl_cluster {                 /* to draw: items side by side in a part's list */
-    double distance2;               /* of its box from the eye, file units squared */
+    double distance2;               /* of its box from the eye, in the first part's unit */
     uint32_t part, cluster, first, count;
     bool asked;                     /* whether it is hidden */
     bool seen;                      /* in some tile */

@@ -410,20 +410,6 @@ static int nearer(const void *a, const void *b)
     return p->item < q->item ? -1 : p->item > q->item;
 }
 
-/* In units of 2^unit_exp. */
-static double distance2(const struct spc_reader *reader, const struct spv_view *view, uint32_t cluster, int unit_exp)
-{
-    struct spc_cluster c;
-    double eye[3], sum = 0;
-    spc_reader_cluster(reader, cluster, &c);
-    spv_eye_of_cluster(reader, &c, &view->camera, eye);
-    for (int a = 0; a < 3; a++) {
-        const double out = fmax(0, fmax((double)c.box[a] - eye[a], eye[a] - (double)c.box[a + 3]));
-        sum += out * out;
-    }
-    return ldexp(sum, 2 * (spc_reader_header(reader)->unit_exp - unit_exp));
-}
-
 static enum spc_status take_places(struct spv_soft *soft, const struct frame_input *in, struct spc_error *err)
 {
     size_t n = 0;
@@ -460,7 +446,7 @@ static enum spc_status near_first(struct spv_soft *soft, const struct frame_inpu
                 spc_reader_block(part->reader, part->items[i].block, &b);
             *at = (struct placed){.part = p, .cluster = b.cluster, .item = i < part->item_count ? i : TOPS,
                                   .nodes = i < part->item_count ? b.node_count : SPC_TOPS_MAX};
-            at->distance2 = distance2(part->reader, in->view, b.cluster, unit);
+            at->distance2 = spv_cluster_distance2(part->reader, &in->view->camera, b.cluster, unit);
         }
     }
     if (status == SPC_OK)

@@ -45,12 +45,7 @@ static void place_cluster(const struct gl_frame *f, uint32_t part, uint32_t clus
 static bool needs_quads(const struct gl_frame *f, const struct placing *at, float radius_max)
 {
     const struct spv_camera *camera = &f->in->view->camera;
-    double near2 = 0;
-    for (int a = 0; a < 3; a++) {
-        const double out =
-            fmax((double)at->c.box[a] - at->eye[a], at->eye[a] - (double)at->c.box[a + 3]);
-        near2 += out > 0 ? out * out : 0;
-    }
+    const double near2 = spv_box_distance2(&at->c, at->eye);
     /* A splat's square is at most 2 (sqrt(2) R) f sec^2 / z; z / distance is least in a corner. */
     const double x = camera->width / (2 * camera->focal_px);
     const double y = camera->height / (2 * camera->focal_px);

@@ -93,18 +93,6 @@ enum spc_status spv_kept_sort(const struct spc_reader *reader, uint32_t block, u
     return SPC_OK;
 }
 
-/* Of the cluster's box from the eye. */
-static double distance_to(const struct spc_cluster *c, const double eye[3])
-{
-    double sum = 0;
-    for (int a = 0; a < 3; a++) {
-        const double below = (double)c->box[a] - eye[a], above = eye[a] - (double)c->box[a + 3];
-        const double out = below > above ? below : above;
-        sum += out > 0 ? out * out : 0;
-    }
-    return sqrt(sum);
-}
-
 /* How many of n codes, which fall, reach least. */
 static uint32_t prefix_of(const uint8_t *codes, size_t stride, uint32_t n, double least)
 {
@@ -136,7 +124,7 @@ void spv_kept_ranges(const struct spc_reader *reader, const struct spv_view *tes
                      const struct spc_cluster *c, const double eye[3], const uint8_t *codes, size_t stride,
                      const uint8_t *groups, struct spv_ranges *out)
 {
-    const double least = tested->eps * (distance_to(c, eye) * (1 - 0x1p-18) - (double)b->link_max);
+    const double least = tested->eps * (sqrt(spv_box_distance2(c, eye)) * (1 - 0x1p-18) - (double)b->link_max);
     const bool all = tested->mode == SPV_TRIANGLES || (double)b->e_parent_min >= least;
     uint32_t first = 0;
     out->count = 0;

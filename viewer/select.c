@@ -104,6 +104,26 @@ void spv_eye_of_cluster(const struct spc_reader *reader, const struct spc_cluste
         eye[a] = ldexp(camera->eye[a] - cluster->origin[a], -spc_reader_header(reader)->unit_exp);
 }
 
+double spv_box_distance2(const struct spc_cluster *c, const double eye[3])
+{
+    double sum = 0;
+    for (int a = 0; a < 3; a++) {
+        const double out = larger(0, larger((double)c->box[a] - eye[a], eye[a] - (double)c->box[a + 3]));
+        sum += out * out;
+    }
+    return sum;
+}
+
+double spv_cluster_distance2(const struct spc_reader *reader, const struct spv_camera *camera, uint32_t cluster,
+                             int unit_exp)
+{
+    struct spc_cluster c;
+    double eye[3];
+    spc_reader_cluster(reader, cluster, &c);
+    spv_eye_of_cluster(reader, &c, camera, eye);
+    return ldexp(spv_box_distance2(&c, eye), 2 * (spc_reader_header(reader)->unit_exp - unit_exp));
+}
+
 bool spv_culls_back(const struct spc_reader *reader, const struct spv_view *view)
 {
     const struct spc_header *h = spc_reader_header(reader);

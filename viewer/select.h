@@ -53,6 +53,13 @@ void spv_selection_release(struct spv_selection *selection);
 void spv_eye_of_cluster(const struct spc_reader *reader, const struct spc_cluster *cluster,
                         const struct spv_camera *camera, double eye[3]);
 
+/* Square of the distance from the eye to the cluster's box, units; 0 inside. eye: in the cluster's coordinates. */
+double spv_box_distance2(const struct spc_cluster *cluster, const double eye[3]);
+
+/* The same of a cluster by its number, in units of 2^unit_exp, which may be another archive's. */
+double spv_cluster_distance2(const struct spc_reader *reader, const struct spv_camera *camera, uint32_t cluster,
+                             int unit_exp);
+
 /*
  * May back faces be left out? Only of a closed surface, and only from outside its box: there every
  * ray meets a front face first, so nothing that is seen is missing. From within, the eye may be

@@ -37,6 +37,7 @@ for source in cmd/spc_*.c; do
         expect 0 '' "$tools/$tool" --help=all
         grep -oE -e '(^|[^a-z-])--[a-z][a-z0-9-]*' "$folder/out" | sed 's/.*--//' >"$folder/help"
         within "$tool --help=all names what $page does not" "$folder/help" "$folder/items"
+        expect 2 "$tool: --help takes all, or nothing, not 'xyz'.*" "$tools/$tool" --help=xyz
     fi
     sort -u "$folder/help" >"$folder/told"
     within "options that $tool --help does not name" "$folder/table" "$folder/told"

@@ -41,7 +41,7 @@ await() { # NAME TEST VALUE: as of test, or "is" and "not" of words; up to 15 s
 begin() { # OPTIONS FILES...: until the window is there
     rm -f "$csv"
     : >"$csv"
-    (cd "$folder/work" && exec timeout 100 "$spc_view" --size 320x240 --samples 1 --fps 0 --stats "$csv" "$@") \
+    (cd "$folder/shots" && exec timeout 100 "$spc_view" --size 320x240 --samples 1 --fps 0 --stats "$csv" "$@") \
         >"$folder/said" 2>&1 &
     viewer=$!
     await frame -ge 1
@@ -63,10 +63,10 @@ quits() { # CODE: of a viewer that was told to end
 }
 saved() { # FILE NAME: the picture, once it is whole, moved there
     for _ in $(seq 300); do
-        [ "$(tail -c 8 "$folder/work/$1" 2>/dev/null | head -c 4)" != IEND ] || break
+        [ "$(tail -c 8 "$folder/shots/$1" 2>/dev/null | head -c 4)" != IEND ] || break
         sleep 0.05
     done
-    mv "$folder/work/$1" "$folder/$2" || fail "no picture $1 is saved"
+    mv "$folder/shots/$1" "$folder/$2" || fail "no picture $1 is saved"
 }
 picture() { # NAME: what F12 saves
     pictures=$((pictures + 1))
@@ -74,7 +74,7 @@ picture() { # NAME: what F12 saves
     saved "spc-view-00$pictures.png" "$1"
 }
 
-mkdir "$folder/work"
+mkdir "$folder/shots"
 "$tools/gen-scan" --triangles 20000 --shape statue --color -o "$folder/scan.ply" 2>/dev/null
 "$tools/spc-build" -q "$folder/scan.ply" -o "$folder/a.spc"
 "$tools/gen-scan" --triangles 200000 --shape sphere -o "$folder/scan2.ply" 2>/dev/null
@@ -139,15 +139,15 @@ done
 frames=$(last frame)
 user windowsize --sync "$window" 240 180 key Left
 await frame -gt "$frames"
-echo mine >"$folder/work/spc-view-00$((pictures + 1)).png"
+echo mine >"$folder/shots/spc-view-00$((pictures + 1)).png"
 user key ctrl+s
 saved "spc-view-00$((pictures + 2)).png" other.png
-[ "$(cat "$folder/work/spc-view-00$((pictures + 1)).png")" = mine ] || fail "a picture was written over"
+[ "$(cat "$folder/shots/spc-view-00$((pictures + 1)).png")" = mine ] || fail "a picture was written over"
 png size 240x180 "$folder/other.png"
 user key Escape
 quits 0
 [ ! -s "$folder/said" ] || fail "it says $(cat "$folder/said")"
-rm -f "$folder"/work/*.png
+rm -f "$folder"/shots/*.png
 
 # several archives, of which one is none: told of, the others are shown; escape takes the message away, then ends it
 begin "$folder/a.spc" "$folder/scan.ply" "$folder/b.spc" "$folder/a.spc"
