@@ -99,6 +99,37 @@ START_TEST(pictures_are_those_of_gl)
 }
 END_TEST
 
+/* From afar through a narrow view, where splats are of none, one or a few pixels, and few hide each other. */
+START_TEST(small_splats_are_those_of_gl)
+{
+    struct case_mesh m = case_soup(3000, 16);
+    case_color(&m);
+    struct spc_reader *r = case_archive(&m);
+    for (int i = 0; i < 12; i++) {
+        struct picture_view v = around(i % 6, 0.5, SPV_POINTS, 1e-3);
+        v.fov_rad = 0.06;
+        for (int a = 0; a < 3; a++)
+            v.eye[a] = 0.5 + (v.eye[a] - 0.5) * 8 * (1 + i);
+        const struct spv_view view = picture_view(&v);
+        picture_use(PICTURE_BY_SOFT, 1 + (unsigned)i % 2);
+        struct picture soft = picture_draw(r, &view, &EXACT);
+        picture_use(PICTURE_BY_GL, 0);
+        struct picture gl = picture_draw(r, &view, &EXACT);
+        const double d = differ(&soft, &gl, 8);
+        ck_assert_msg(d <= 0.003, "view %d: %.4f of the pixels differ", i, d);
+        picture_use(PICTURE_BY_SOFT, 1 + (unsigned)i % 2);
+        struct picture fast = picture_draw(r, &view, &FAST);
+        for (size_t k = 0; k < (size_t)SIDE * SIDE; k++)
+            ck_assert_msg(fast.cover[k] || !soft.cover[k], "view %d: pixel %zu is only drawn exactly", i, k);
+        picture_release(&soft);
+        picture_release(&gl);
+        picture_release(&fast);
+    }
+    spc_reader_close(r);
+    case_mesh_free(&m);
+}
+END_TEST
+
 /* Large pills that cross the eye's plane beside the eye: a ray's other half does not meet them. */
 START_TEST(pills_beside_the_eye_are_those_of_gl)
 {
@@ -143,7 +174,9 @@ static void expect_same(const struct picture *a, const struct picture *b, const 
 
 START_TEST(any_threads_and_vectors_give_the_same_bytes)
 {
-    static const unsigned threads[] = {1, 2, 5, 5, 1};
+    static const unsigned threads[] = {1, 2, 5, 5, 1, 1, 2};
+    static const char *const what[] = {"one thread", "two threads", "five threads", "no vectors, five threads",
+                                       "no vectors", "AVX2", "AVX2, two threads"};
     struct case_mesh m = case_sheet(20000, 6);
     case_color(&m);
     struct spc_reader *r = case_archive(&m);
@@ -151,16 +184,16 @@ START_TEST(any_threads_and_vectors_give_the_same_bytes)
         const struct picture_view v = around(i, 0.5, (enum spv_mode)(i % 3), i < 4 ? 1 : 6);
         const struct spv_view view = picture_view(&v);
         struct picture first = {0};
-        for (int k = 0; k < 5; k++) {
+        for (int k = 0; k < 7; k++) {
             picture_use(PICTURE_BY_SOFT, threads[k]);
             if (k >= 3)
-                spv_soft_narrow(picture_soft());
+                spv_soft_narrow(picture_soft(), k < 5 ? SPV_LANES_PLAIN : SPV_LANES_AVX2);
             struct picture p = picture_draw(r, &view, i % 2 ? &EXACT : &FAST);
             if (k == 0) {
                 first = p;
                 continue;
             }
-            expect_same(&first, &p, k >= 3 ? "narrow vectors" : "threads");
+            expect_same(&first, &p, what[k]);
             picture_release(&p);
         }
         picture_release(&first);
@@ -459,7 +492,7 @@ START_TEST(tests_of_nodes_are_those_of_the_processor_to_the_last_bit)
         const struct spv_view view = {.eps = ldexp(1, -round % 20), .mode = SPV_HYBRID};
         const float missing = round % 3 ? -1 : spc_len_decode(spc_len_encode_up(view.eps * case_random(&state)));
         const struct soft_frame f = {.header = &h, .view = &view, .tested = &view,
-                                     .wide = round % 2 && spv_wide_here()};
+                                     .lanes = (enum spv_lanes)(round % (1 + (int)spv_lanes_here()))};
         const struct soft_block b = {.frame = &f, .b = {.step_exp = -4, .link_base = -40 + round % 9},
                                      .payload = records, .missing = missing, .lower = round % 4 < 2};
         const struct spv_interval in = {.step = 0x1p-8f, .eps = (float)view.eps,
@@ -498,7 +531,8 @@ END_TEST
 
 int main(void)
 {
-    return SUITE("soft", start, finish, pictures_are_those_of_gl, pills_beside_the_eye_are_those_of_gl,
+    return SUITE("soft", start, finish, pictures_are_those_of_gl, small_splats_are_those_of_gl,
+                 pills_beside_the_eye_are_those_of_gl,
                  any_threads_and_vectors_give_the_same_bytes, counts_are_those_of_the_processor,
                  tests_of_nodes_are_those_of_the_processor_to_the_last_bit,
                  scale_leaves_every_byte_as_it_is, narrow_and_wide_views_have_no_hole,

@@ -8,6 +8,7 @@
 #ifndef SPV_DRAW_H
 #define SPV_DRAW_H
 
+#include "lanes.h"
 #include "select.h"
 
 struct spv_ctx;
@@ -121,7 +122,7 @@ bool spv_gl_is_software(const struct spv_draw *draw);
  */
 enum spc_status spv_soft_create(unsigned threads, struct spv_draw **out, struct spc_error *err);
 
-/* For tests: does without 256-bit vectors. The picture is the same. */
-void spv_soft_narrow(struct spv_draw *soft);
+/* For tests: does with no more than lanes. The picture is the same. */
+void spv_soft_narrow(struct spv_draw *soft, enum spv_lanes lanes);
 
 #endif

@@ -38,7 +38,7 @@ struct spv_soft {
     struct placed *placed;          /* what is drawn, near first */
     size_t placed_max;
     struct soft_map map;
-    bool wide;
+    enum spv_lanes lanes;
 };
 
 struct worker {                     /* one a thread */
@@ -53,9 +53,10 @@ static struct spv_soft *soft_of(struct spv_draw *draw)
     return (struct spv_soft *)draw;
 }
 
-void spv_soft_narrow(struct spv_draw *draw)
+void spv_soft_narrow(struct spv_draw *draw, enum spv_lanes lanes)
 {
-    soft_of(draw)->wide = false;
+    struct spv_soft *soft = soft_of(draw);
+    soft->lanes = lanes < soft->lanes ? lanes : soft->lanes;
 }
 
 static void release(struct spv_draw *draw)
@@ -82,15 +83,21 @@ static void release(struct spv_draw *draw)
 
 /* ---- framebuffer ------------------------------------------------------------------------------- */
 
-static size_t tile_px(const struct soft_frame *f)
+/* Of rows in the framebuffer, words: an odd number of cache lines, or a column's pixels would share few of them. */
+static size_t pitch_of(const struct spv_tile *tile)
 {
-    return (size_t)f->tile.width * (size_t)f->tile.height;
+    return 8 * (((size_t)tile->width + 7) / 8 | 1);
+}
+
+static size_t tile_words(const struct soft_frame *f)
+{
+    return f->pitch * (size_t)f->tile.height;
 }
 
 static bool clear(void *ctx, unsigned worker, size_t i)
 {
     const struct soft_frame *f = ctx;
-    const size_t first = i * JOB_PX, left = tile_px(f) - first;
+    const size_t first = i * JOB_PX, left = tile_words(f) - first;
     (void)worker;
     memset((void *)(f->words + first), 0, (left < JOB_PX ? left : JOB_PX) * sizeof *f->words);
     return true;
@@ -112,7 +119,7 @@ static void take_camera(struct soft_frame *f, const struct spv_camera *c)
 
 static enum spc_status take_words(struct spv_soft *soft, const struct spv_tile *tile, struct spc_error *err)
 {
-    const size_t n = (size_t)tile->width * (size_t)tile->height, each = sizeof *soft->words;
+    const size_t n = pitch_of(tile) * (size_t)tile->height, each = sizeof *soft->words;
     if (n <= soft->words_max)
         return SPC_OK;
     free((void *)soft->words);
@@ -157,11 +164,11 @@ static enum spc_status begin(struct spv_soft *soft, const struct frame_input *in
         *f = (struct soft_frame){.reader = reader, .header = reader != NULL ? spc_reader_header(reader) : NULL,
                                  .view = in->view, .tested = in->tested, .splat = in->options->splat,
                                  .paint = in->options->paint, .ambient = in->options->ambient, .tile = *tile,
-                                 .words = soft->words, .alone = alone, .wide = soft->wide};
+                                 .words = soft->words, .pitch = pitch_of(tile), .alone = alone, .lanes = soft->lanes};
         take_camera(f, &in->view->camera);
     }
     share_unit(soft, in->part_count);
-    spv_threads_run(soft->threads, (tile_px(soft->frames) + JOB_PX - 1) / JOB_PX, clear, soft->frames);
+    spv_threads_run(soft->threads, (tile_words(soft->frames) + JOB_PX - 1) / JOB_PX, clear, soft->frames);
     return SPC_OK;
 }
 
@@ -176,7 +183,7 @@ static bool resolve_row(void *ctx, unsigned worker, size_t y)
     const struct resolve *r = ctx;
     const struct soft_frame *f = r->frame;
     const size_t width = (size_t)f->tile.width;
-    const _Atomic uint64_t *from = f->words + y * width;
+    const _Atomic uint64_t *from = f->words + y * f->pitch;
     uint8_t *to = r->rgba + 4 * (((size_t)f->tile.y0 + y) * (size_t)f->view->camera.width +
                                  (size_t)f->tile.x0);
     (void)worker;
@@ -516,7 +523,7 @@ static bool depth_at(struct spv_draw *draw, int x, int y, double *depth)
     if (f == NULL || soft->words == NULL || f->tile.x0 != 0 || f->tile.y0 != 0 || x < 0 || y < 0 ||
         x >= f->tile.width || y >= f->tile.height)
         return false;
-    const uint64_t word = atomic_load_explicit(&soft->words[(size_t)y * (size_t)f->tile.width + (size_t)x],
+    const uint64_t word = atomic_load_explicit(&soft->words[(size_t)y * f->pitch + (size_t)x],
                                                memory_order_relaxed);
     if (word == 0)
         return false;
@@ -558,9 +565,9 @@ enum spc_status spv_soft_create(unsigned threads, struct spv_draw **out, struct 
         for (unsigned t = 0; t < n && soft->scratch != NULL; t++)
             whole &= (soft->scratch[t] = calloc(1, sizeof **soft->scratch)) != NULL;
         if (whole && soft->scratch != NULL && soft->workers != NULL) {
-            soft->wide = spv_wide_here();
-            snprintf(soft->base.name, sizeof soft->base.name, "soft%s, %u thread%s",
-                     soft->wide ? ", 256-bit vectors" : "", n, n == 1 ? "" : "s");
+            soft->lanes = spv_lanes_here();
+            snprintf(soft->base.name, sizeof soft->base.name, "soft, %s, %u thread%s",
+                     SPV_LANES_NAME[soft->lanes], n, n == 1 ? "" : "s");
             *out = &soft->base;
             return SPC_OK;
         }

@@ -31,7 +31,7 @@ static bool map_row(void *ctx, unsigned worker, size_t row)
         const int n = width - x < SQUARE_PX ? width - x : SQUARE_PX;
         uint64_t least = UINT64_MAX;
         for (int y = y0; y < y1; y++) {
-            const uint64_t *words = (const uint64_t *)(const void *)m->frame->words + (size_t)y * (size_t)width + x;
+            const uint64_t *words = (const uint64_t *)(const void *)m->frame->words + (size_t)y * m->frame->pitch + x;
             for (int k = 0; k < n; k++)
                 least = words[k] < least ? words[k] : least;
         }

@@ -43,11 +43,12 @@ struct soft_frame {                 /* what all blocks of a part share */
     double focal, center[2];        /* px; centre in the tile */
     float flat_px;                  /* light is one for what is at most as large as that */
     struct spv_tile tile;
-    _Atomic uint64_t *words;        /* [tile.height][tile.width] */
+    _Atomic uint64_t *words;        /* [tile.height][pitch], of which tile.width count */
+    size_t pitch;
     float unit;                     /* of depths: w is unit / z, in units that all parts share */
     enum spv_paint paint;
     bool alone;                     /* one thread */
-    bool wide;                      /* 256-bit vectors */
+    enum spv_lanes lanes;
 };
 
 struct soft_block {
@@ -96,7 +97,8 @@ struct soft_scratch {               /* one a thread */
     uint32_t color[SOFT_CHUNK];
     int flat[SOFT_CHUNK];           /* one light for all of it */
     int small[SOFT_CHUNK];          /* 2: one pixel, 1: few, of one light; 0: more; -1: none */
-    uint32_t ones[SOFT_CHUNK], list[SOFT_CHUNK];        /* nodes of one pixel, and of another kind */
+    uint32_t larger[SOFT_CHUNK];    /* those of more than one pixel */
+    uint32_t at[SOFT_CHUNK];        /* of their first pixel in the tile, or 0 */
     struct soft_pairs pairs;
 };
 
@@ -215,18 +217,18 @@ SPV_INLINE void soft_put(const struct soft_frame *f, size_t at, uint64_t word)
  */
 SPV_INLINE void soft_depths(const struct soft_frame *f, int x, int y, uint32_t w[LANES])
 {
-    const size_t width = (size_t)f->tile.width, at = (size_t)y * width + (size_t)x;
+    const size_t at = (size_t)y * f->pitch + (size_t)x;
     if (x + LANES_WIDE <= f->tile.width && y + LANES_HIGH <= f->tile.height) {
         for (size_t k = 0; k < LANES; k++)
             w[k] = (uint32_t)(atomic_load_explicit(
-                                  &f->words[at + k / LANES_WIDE * width + k % LANES_WIDE],
+                                  &f->words[at + k / LANES_WIDE * f->pitch + k % LANES_WIDE],
                                   memory_order_relaxed) >> 32);
         return;
     }
     for (int k = 0; k < LANES; k++)
         w[k] = x + k % LANES_WIDE < f->tile.width && y + k / LANES_WIDE < f->tile.height
                    ? (uint32_t)(atomic_load_explicit(
-                                    &f->words[at + (size_t)(k / LANES_WIDE) * width +
+                                    &f->words[at + (size_t)(k / LANES_WIDE) * f->pitch +
                                               (size_t)(k % LANES_WIDE)],
                                     memory_order_relaxed) >> 32)
                    : INT32_MAX;
@@ -236,10 +238,10 @@ SPV_INLINE void soft_depths(const struct soft_frame *f, int x, int y, uint32_t w
 SPV_INLINE void soft_put_lanes(const struct soft_frame *f, int x, int y, uint32_t mask,
                                const uint32_t w[LANES], const uint32_t color[LANES])
 {
-    const size_t width = (size_t)f->tile.width, at = (size_t)y * width + (size_t)x;
+    const size_t at = (size_t)y * f->pitch + (size_t)x;
     for (; mask != 0; mask &= mask - 1) {
         const unsigned k = (unsigned)__builtin_ctz(mask);
-        soft_put(f, at + k / LANES_WIDE * width + k % LANES_WIDE, soft_word(w[k], color[k]));
+        soft_put(f, at + k / LANES_WIDE * f->pitch + k % LANES_WIDE, soft_word(w[k], color[k]));
     }
 }
 
@@ -249,7 +251,7 @@ SPV_INLINE bool soft_hidden(const struct soft_frame *f, int x0, int x1, int y0, 
 {
     const uint64_t word = (uint64_t)w_bits << 32 | 0xFFFFFFFFu;
     for (int y = y0; y <= y1; y++) {
-        const _Atomic uint64_t *row = f->words + (size_t)y * (size_t)f->tile.width;
+        const _Atomic uint64_t *row = f->words + (size_t)y * f->pitch;
         for (int x = x0; x <= x1; x++)
             if (atomic_load_explicit(&row[x], memory_order_relaxed) <= word)
                 return false;

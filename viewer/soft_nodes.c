@@ -94,8 +94,9 @@ SPV_INLINE void decode_body(const struct decode *d, struct soft_scratch *s, uint
     }
 }
 
-static void test_plain(const struct spv_interval *in, const uint8_t *records, uint32_t n,
-                       bool triangles, uint8_t *pass)
+/* A loop each, or the choice between them would be in it. */
+SPV_INLINE void test_either(const struct spv_interval *in, const uint8_t *records, uint32_t n, bool triangles,
+                            uint8_t *pass)
 {
     if (triangles)
         test_body(in, records, n, true, pass);
@@ -103,30 +104,16 @@ static void test_plain(const struct spv_interval *in, const uint8_t *records, ui
         test_body(in, records, n, false, pass);
 }
 
-SPV_WIDE static void test_wide(const struct spv_interval *in, const uint8_t *records, uint32_t n,
-                               bool triangles, uint8_t *pass)
-{
-    if (triangles)
-        test_body(in, records, n, true, pass);
-    else
-        test_body(in, records, n, false, pass);
-}
-
-static void decode_plain(const struct decode *d, struct soft_scratch *s, uint32_t count)
-{
-    decode_body(d, s, count);
-}
-
-SPV_WIDE static void decode_wide(const struct decode *d, struct soft_scratch *s, uint32_t count)
-{
-    decode_body(d, s, count);
-}
+SPV_VERSIONS(test, test_either,
+             (const struct spv_interval *in, const uint8_t *records, uint32_t n, bool triangles, uint8_t *pass),
+             (in, records, n, triangles, pass));
+SPV_VERSIONS(decode, decode_body, (const struct decode *d, struct soft_scratch *s, uint32_t count), (d, s, count));
 
 uint32_t spv_soft_gather(const struct soft_block *b, struct soft_scratch *s, uint32_t first,
                          uint32_t n, bool triangles)
 {
     const uint8_t *records = b->payload + b->l.nodes + (size_t)SPC_NODE_BYTES * first;
-    const bool wide = b->frame->wide;
+    const enum spv_lanes lanes = b->frame->lanes;
     struct spv_interval in;
     struct decode d;
     uint32_t count = 0;
@@ -134,7 +121,7 @@ uint32_t spv_soft_gather(const struct soft_block *b, struct soft_scratch *s, uin
     if (b->frame->view->mode == SPV_TRIANGLES)
         memset(s->pass, triangles, n);
     else
-        (wide ? test_wide : test_plain)(&in, records, n, triangles, s->pass);
+        test[lanes](&in, records, n, triangles, s->pass);
     memset(s->pass + n, 0, SOFT_STRIDE);
     for (uint32_t i = 0; i < n; i += SOFT_STRIDE) {
         const uint32_t end = n - i < SOFT_STRIDE ? n : i + SOFT_STRIDE;
@@ -151,7 +138,7 @@ uint32_t spv_soft_gather(const struct soft_block *b, struct soft_scratch *s, uin
     }
     if (count > 0) {
         make_decode(b, in.step, &d);
-        (wide ? decode_wide : decode_plain)(&d, s, count);
+        decode[lanes](&d, s, count);
     }
     return count;
 }

@@ -17,7 +17,8 @@ struct splats {                     /* what a chunk's splats share */
     const struct soft_frame *frame;
     float unit, focal, inverse, center[2], pad, ambient, flat_px;
     float near, zero;               /* SOFT_NEAR and 0: as constants they would leave branches in the loop */
-    int width, height;
+    int width, height, pitch;
+    const uint8_t *next;            /* records of the next chunk, which are read ahead */
     bool fast;
 };
 
@@ -77,6 +78,7 @@ SPV_INLINE void bounds_body(const struct splats *all, struct soft_scratch *s, ui
         const int some = (z + half_z > p->near) & (x0 <= x1) & (y0 <= y1);
         const int small = (soft_max(px1 - px0, py1 - py0) <= p->flat_px) & (x1 - x0 < SMALL_PX) & (y1 - y0 < SMALL_PX);
         s->small[i] = (small & some) + (small & some & (x0 == x1) & (y0 == y1)) + some - 1;
+        s->at[i] = (uint32_t)(-some & (y0 * p->pitch + x0));
         s->x0[i] = x0;
         s->x1[i] = x1;
         s->y0[i] = y0;
@@ -94,15 +96,7 @@ SPV_INLINE void bounds_body(const struct splats *all, struct soft_scratch *s, ui
     }
 }
 
-static void bounds_plain(const struct splats *p, struct soft_scratch *s, uint32_t count)
-{
-    bounds_body(p, s, count);
-}
-
-SPV_WIDE static void bounds_wide(const struct splats *p, struct soft_scratch *s, uint32_t count)
-{
-    bounds_body(p, s, count);
-}
+SPV_VERSIONS(bounds, bounds_body, (const struct splats *p, struct soft_scratch *s, uint32_t count), (p, s, count));
 
 struct pixels {                     /* eight of a splat, from x, y on */
     int x, y;
@@ -165,12 +159,17 @@ SPV_INLINE void cover_body(const struct splats *p, const struct soft_scratch *s,
     out->mask = mask;
 }
 
-/* The rectangle of the fast mode: no test, the depth of the centre. */
+/* Depth of the fast mode, as bits of w: the centre's. */
+SPV_INLINE uint32_t center_w(const struct splats *p, const struct soft_scratch *s, uint32_t i)
+{
+    return soft_bits(soft_min(p->unit / soft_max(s->center[2][i], 2 * SOFT_NEAR), s->w_max[i]));
+}
+
+/* The rectangle of the fast mode: no test. */
 SPV_INLINE void fill_body(const struct splats *p, const struct soft_scratch *s, uint32_t i,
                           const uint32_t behind[LANES], struct pixels *out)
 {
-    const uint32_t w =
-        soft_bits(soft_min(p->unit / soft_max(s->center[2][i], 2 * SOFT_NEAR), s->w_max[i]));
+    const uint32_t w = center_w(p, s, i);
     const float last_x = (float)(s->x1[i] - out->x), last_y = (float)(s->y1[i] - out->y);
     uint32_t mask = 0;
     SPV_ROLLED
@@ -226,6 +225,14 @@ SPV_INLINE void pairs_body(const struct splats *p, const struct soft_scratch *s,
 {
     const float unit = p->unit, inverse = p->inverse, left = 0.5f - p->center[0], top = 0.5f - p->center[1];
     const uint32_t count = pairs->count;
+    if (p->fast) {
+        for (uint32_t k = 0; k < count; k++) {
+            const uint32_t i = pairs->node[k];
+            pairs->hit[k] = 1;
+            pairs->w[k] = center_w(p, s, i);
+        }
+        return;
+    }
     for (uint32_t k = 0; k < count; k++) {
         const struct pill pill = pill_of(s, pairs->node[k]);
         const float dx = ((float)pairs->x[k] + left) * inverse, dy = ((float)pairs->y[k] + top) * inverse;
@@ -237,14 +244,14 @@ SPV_INLINE void put_pairs(const struct splats *p, struct soft_scratch *s)
 {
     struct soft_pairs *pairs = &s->pairs;
     const struct soft_frame *f = p->frame;
-    const size_t width = (size_t)p->width;
+    const size_t pitch = (size_t)p->pitch;
     const uint32_t count = pairs->count;
     const bool alone = f->alone;
     pairs_body(p, s, pairs);
     for (uint32_t k = 0; k < count; k++) {
         const uint64_t hit = (uint64_t)0 - pairs->hit[k];       /* no branch: half of them miss, at random */
         const uint64_t word = soft_word(pairs->w[k], s->color[pairs->node[k]]) & hit;
-        const size_t at = (size_t)pairs->y[k] * width + (size_t)pairs->x[k];
+        const size_t at = (size_t)pairs->y[k] * pitch + (size_t)pairs->x[k];
         if (alone) {
             const uint64_t old = atomic_load_explicit(&f->words[at], memory_order_relaxed);
             atomic_store_explicit(&f->words[at], old > word ? old : word, memory_order_relaxed);
@@ -255,11 +262,10 @@ SPV_INLINE void put_pairs(const struct splats *p, struct soft_scratch *s)
 }
 
 /* Written first, kept if it counts and is not hidden: no branch. */
-SPV_INLINE uint32_t add_pair(const struct splats *p, struct soft_pairs *pairs, uint32_t n, uint32_t node, int x, int y,
-                             uint32_t w_max, bool counts)
+SPV_INLINE uint32_t add_pair(struct soft_pairs *pairs, uint32_t n, uint32_t node, int x, int y,
+                             const _Atomic uint64_t *pixel, uint32_t w_max, bool counts)
 {
-    const size_t at = (size_t)y * (size_t)p->width + (size_t)x;
-    const uint64_t there = atomic_load_explicit(&p->frame->words[at], memory_order_relaxed);
+    const uint64_t there = atomic_load_explicit(pixel, memory_order_relaxed);
     pairs->node[n] = node;
     pairs->x[n] = x;
     pairs->y[n] = y;
@@ -271,94 +277,94 @@ SPV_INLINE void add_splat(const struct splats *p, struct soft_scratch *s, uint32
     struct soft_pairs *pairs = &s->pairs;
     const uint32_t w_max = soft_bits(s->w_max[i]);
     const int x0 = s->x0[i], x1 = s->x1[i], y0 = s->y0[i], y1 = s->y1[i];
+    const _Atomic uint64_t *row = &p->frame->words[s->at[i]];
     uint32_t n = pairs->count;
     if (x1 - x0 < 2 && y1 - y0 < 2) {
-        n = add_pair(p, pairs, n, i, x0, y0, w_max, true);
-        n = add_pair(p, pairs, n, i, x1, y0, w_max, x1 > x0);
-        n = add_pair(p, pairs, n, i, x0, y1, w_max, y1 > y0);
-        n = add_pair(p, pairs, n, i, x1, y1, w_max, (x1 > x0) & (y1 > y0));
+        const _Atomic uint64_t *below = y1 > y0 ? row + p->pitch : row;
+        n = add_pair(pairs, n, i, x0, y0, row, w_max, true);
+        n = add_pair(pairs, n, i, x1, y0, row + (x1 - x0), w_max, x1 > x0);
+        n = add_pair(pairs, n, i, x0, y1, below, w_max, y1 > y0);
+        n = add_pair(pairs, n, i, x1, y1, below + (x1 - x0), w_max, (x1 > x0) & (y1 > y0));
     } else {
-        for (int y = y0; y <= y1; y++)
+        for (int y = y0; y <= y1; y++, row += p->pitch)
             for (int x = x0; x <= x1; x++)
-                n = add_pair(p, pairs, n, i, x, y, w_max, true);
+                n = add_pair(pairs, n, i, x, y, row + (x - x0), w_max, true);
     }
     pairs->count = n;
 }
 
-SPV_INLINE void draw_small(const struct splats *p, struct soft_scratch *s, uint32_t count)
+/*
+ * Those of one pixel into pairs, unless hidden, those of more into s->larger; returns how many these are. No branch:
+ * what comes is random.
+ */
+SPV_INLINE uint32_t sort_splats(const struct splats *p, struct soft_scratch *s, uint32_t count)
 {
     struct soft_pairs *pairs = &s->pairs;
-    const size_t last = (size_t)p->width * (size_t)p->height - 1;      /* those without pixels may begin behind it */
-    uint32_t ones = 0, n = 0, at = 0;
+    const _Atomic uint64_t *words = p->frame->words;
+    uint32_t n = 0, m = 0;
     for (uint32_t i = 0; i < count; i++) {
-        const size_t first = (size_t)s->y0[i] * (size_t)p->width + (size_t)s->x0[i];
-        __builtin_prefetch((const void *)&p->frame->words[first < last ? first : last]);
-        s->ones[ones] = s->list[n] = i;
-        ones += s->small[i] == 2;
-        n += s->small[i] == 1;
+        const int kind = s->small[i];
+        __builtin_prefetch(p->next + (size_t)SPC_NODE_BYTES * i);
+        const uint32_t there = (uint32_t)(atomic_load_explicit(&words[s->at[i]], memory_order_relaxed) >> 32);
+        pairs->node[n] = s->larger[m] = i;
+        pairs->x[n] = s->x0[i];
+        pairs->y[n] = s->y0[i];
+        n += (kind == 2) & (there <= soft_bits(s->w_max[i]));
+        m += (uint32_t)kind < 2;
     }
-    for (uint32_t k = 0; k < ones; k++) {
-        const uint32_t i = s->ones[k];
-        at = add_pair(p, pairs, at, i, s->x0[i], s->y0[i], soft_bits(s->w_max[i]), true);
-    }
-    pairs->count = at;
-    for (uint32_t k = 0; k < n; k++) {
-        add_splat(p, s, s->list[k]);
+    pairs->count = n;
+    return m;
+}
+
+SPV_INLINE void draw_large(const struct splats *p, const struct soft_scratch *s, uint32_t i)
+{
+    if (soft_hidden(p->frame, s->x0[i], s->x1[i], s->y0[i], s->y1[i], soft_bits(s->w_max[i])))
+        return;
+    for (int y = s->y0[i]; y <= s->y1[i]; y += LANES_HIGH)
+        for (int x = s->x0[i]; x <= s->x1[i]; x += LANES_WIDE)
+            draw_pixels(p, s, i, x, y);
+}
+
+SPV_INLINE void draw_body(const struct splats *p, struct soft_scratch *s, uint32_t count)
+{
+    const uint32_t larger = sort_splats(p, s, count);
+    for (uint32_t k = 0; k < larger; k++) {
+        const uint32_t i = s->larger[k];
+        if (s->small[i] == 0) {
+            draw_large(p, s, i);
+            continue;
+        }
+        add_splat(p, s, i);
         if (s->pairs.count > SOFT_PAIRS - SMALL_PX * SMALL_PX - 1)
             put_pairs(p, s);
     }
     put_pairs(p, s);
 }
 
-SPV_INLINE void draw_body(const struct splats *p, struct soft_scratch *s, uint32_t count)
-{
-    uint32_t n = 0;
-    if (!p->fast)
-        draw_small(p, s, count);
-    for (uint32_t i = 0; i < count; i++) {
-        s->list[n] = i;
-        n += (s->small[i] == 0) | (p->fast & (s->small[i] > 0));
-    }
-    for (uint32_t k = 0; k < n; k++) {
-        const uint32_t i = s->list[k];
-        if (soft_hidden(p->frame, s->x0[i], s->x1[i], s->y0[i], s->y1[i], soft_bits(s->w_max[i])))
-            continue;
-        for (int y = s->y0[i]; y <= s->y1[i]; y += LANES_HIGH)
-            for (int x = s->x0[i]; x <= s->x1[i]; x += LANES_WIDE)
-                draw_pixels(p, s, i, x, y);
-    }
-}
-
-static void draw_plain(const struct splats *p, struct soft_scratch *s, uint32_t count)
-{
-    draw_body(p, s, count);
-}
-
-SPV_WIDE static void draw_wide(const struct splats *p, struct soft_scratch *s, uint32_t count)
-{
-    draw_body(p, s, count);
-}
+SPV_VERSIONS(draw, draw_body, (const struct splats *p, struct soft_scratch *s, uint32_t count), (p, s, count));
 
 void spv_soft_points(const struct soft_block *b, struct soft_scratch *s, uint32_t first,
                      uint32_t count)
 {
     const struct soft_frame *f = b->frame;
-    const struct splats p = {
+    struct splats p = {
         .frame = f,
         .unit = f->unit, .near = SOFT_NEAR, .zero = 0,
         .focal = (float)f->focal, .inverse = (float)(1 / f->focal),
         .center = {(float)f->center[0], (float)f->center[1]},
         .pad = (float)(1.05 * (double)SOFT_MARGIN_PX / f->focal),       /* and roundings */
         .ambient = f->ambient, .flat_px = f->flat_px,
-        .width = f->tile.width, .height = f->tile.height,
+        .width = f->tile.width, .height = f->tile.height, .pitch = (int)f->pitch,
         .fast = f->splat == SPV_SPLAT_FAST,
     };
     for (uint32_t at = 0; at < count; at += SOFT_CHUNK) {
         const uint32_t n = count - at < SOFT_CHUNK ? count - at : SOFT_CHUNK;
         const uint32_t k = spv_soft_gather(b, s, first + at, n, false);
+        const bool whole = count - at - n >= SOFT_CHUNK;
+        p.next = b->payload + b->l.nodes + (size_t)SPC_NODE_BYTES * (first + at + (whole ? n : 0));
         s->counts.points += k;
         spv_soft_colors(b, s, k, false);
-        (f->wide ? bounds_wide : bounds_plain)(&p, s, k);
-        (f->wide ? draw_wide : draw_plain)(&p, s, k);
+        bounds[f->lanes](&p, s, k);
+        draw[f->lanes](&p, s, k);
     }
 }

@@ -310,7 +310,7 @@ static void draw_any(struct triangle *t, double v[3][3])
             const uint32_t color =
                 blend(t->color, soft_max((float)b0 * scale, 0), soft_max((float)b1 * scale, 0),
                       soft_max((float)b2 * scale, 0), light);
-            soft_put(f, (size_t)y * (size_t)f->tile.width + (size_t)x,
+            soft_put(f, (size_t)y * f->pitch + (size_t)x,
                      soft_word(soft_bits(f->unit * soft_min((float)(sum / det), w_max)), color));
         }
 }
@@ -393,15 +393,7 @@ SPV_INLINE void draw_body(const struct soft_block *b, struct soft_scratch *s, ui
     }
 }
 
-static void draw_plain(const struct soft_block *b, struct soft_scratch *s, uint32_t count)
-{
-    draw_body(b, s, count);
-}
-
-SPV_WIDE static void draw_wide(const struct soft_block *b, struct soft_scratch *s, uint32_t count)
-{
-    draw_body(b, s, count);
-}
+SPV_VERSIONS(draw, draw_body, (const struct soft_block *b, struct soft_scratch *s, uint32_t count), (b, s, count));
 
 bool spv_soft_triangles(const struct soft_block *b, struct soft_scratch *s, uint32_t first,
                         uint32_t count)
@@ -414,7 +406,7 @@ bool spv_soft_triangles(const struct soft_block *b, struct soft_scratch *s, uint
             return false;
         if (b->frame->paint != SPV_PAINT_SCAN)
             spv_soft_colors(b, s, k, true);
-        (b->frame->wide ? draw_wide : draw_plain)(b, s, k);
+        draw[b->frame->lanes](b, s, k);
     }
     return true;
 }

@@ -52,7 +52,7 @@ case $tools in      # sanitizers need addresses of their own
     grep -q '16384 x 16384.*: 1024 MB' "$folder/err" || fail "no memory gives: $(cat "$folder/err")"
     (ulimit -v 900000; exec "$tools/spc-render" "$folder/a.spc" -o "$folder/no.png" --size 10000x10000) 2>"$folder/err" &&
         fail "10000 x 10000 in 900 MB"
-    grep -q 'no memory to draw .*: 511 MB' "$folder/err" || fail "no memory gives: $(cat "$folder/err")"
+    grep -q 'no memory to draw .*: 512 MB' "$folder/err" || fail "no memory gives: $(cat "$folder/err")"
     ;;
 esac
 
