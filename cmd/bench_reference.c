@@ -73,7 +73,7 @@ static enum spc_status check_scans(const struct reference *r, struct spc_error *
                  (unsigned long long)h->faces_in);
         return not_this(err, text);
     }
-    const double moved = ldexp(1, h->vertex_exp);
+    const double moved = ldexp(1, h->unit_exp - 10);        /* more than vertices are moved by */
     for (int a = 0; a < 3; a++)
         if (!(min[a] <= h->box_min[a] + moved && max[a] >= h->box_max[a] - moved))
             return not_this(err, "it lies elsewhere");

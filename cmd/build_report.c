@@ -2,6 +2,7 @@
 
 #include "cli.h"
 
+#include <math.h>
 #include <stdio.h>
 
 static const char *scan_name(const struct build_result *r, uint32_t i)
@@ -14,6 +15,11 @@ static const char *scan_name(const struct build_result *r, uint32_t i)
 static const char *things(const struct spc_header *h)
 {
     return h->points_in > 0 ? "point" : "face";
+}
+
+static const char *leaf_word(const struct spc_header *h)
+{
+    return h->points_in > 0 ? "point" : "triangle";
 }
 
 static void warn_dropped(const struct build_result *r)
@@ -46,6 +52,42 @@ static void warn_spent_digits(const struct build_result *r)
                  b->step, b->short_edge);
 }
 
+/* A length of two digits, not above v or not below. */
+static double round_digits(double v, bool up)
+{
+    const double unit = pow(10, floor(log10(v)) - 1);
+    return (up ? ceil(v / unit) : floor(v / unit)) * unit;
+}
+
+static const char *shapes_remedy(const struct build_result *r)
+{
+    static char text[160];
+    const struct spb_build_report *b = &r->report;
+    const double all = round_digits(b->shapes.least, false), some = round_digits(b->detail_least, true);
+    if (b->detail_least < 0x1p-1000)
+        snprintf(text, sizeof text, "such small numbers hold no more: multiply them by 1e100, say, and give "
+                 "--scale 1e-100 here");
+    else if (b->shapes.least >= b->detail_least)
+        snprintf(text, sizeof text, "--detail %.2g keeps them", all);
+    else if (b->shapes.most >= some)
+        snprintf(text, sizeof text, "--detail %.2g keeps those that an archive of this size can hold; for the "
+                 "others convert the fine part on its own", some);
+    else
+        snprintf(text, sizeof text, "an archive of this size cannot hold them: convert the fine part on its own");
+    return text;
+}
+
+/* The lattice is chosen by what there is much of. */
+static void warn_shapes(const struct build_result *r)
+{
+    const struct spb_build_report *b = &r->report;
+    if (b->shapes.moved > 0)
+        cli_warn(r->options->more_count == 0 ? r->options->scan : r->options->out,
+                 "%llu %s%s of %.2g to %.2g across lost their shape: vertices are moved by up to %.2g; %s",
+                 (unsigned long long)b->shapes.moved, leaf_word(&b->header), b->shapes.moved == 1 ? "" : "s",
+                 b->shapes.least, b->shapes.most, ldexp(sqrt(0.75), b->coarse_exp), shapes_remedy(r));
+}
+
 void build_warn(const struct build_result *r)
 {
     warn_dropped(r);
@@ -53,6 +95,7 @@ void build_warn(const struct build_result *r)
         if (r->facts[i].remark[0] != '\0')
             cli_warn(scan_name(r, i), "%s", r->facts[i].remark);
     warn_spent_digits(r);
+    warn_shapes(r);
 }
 
 /* ---- for people -------------------------------------------------------------------------------- */
@@ -89,9 +132,16 @@ static void print_accounts(const struct spc_header *h)
             cli_count_text(dropped(h), d));
 }
 
-static const char *leaf_word(const struct spc_header *h)
+/* What is warned of has been said. */
+static void print_coding(const struct spb_build_report *b)
 {
-    return h->points_in > 0 ? "point" : "triangle";
+    char text[CLI_TEXT];
+    if (b->shapes.flat > 0)
+        fprintf(stderr, "  %s %s%s so thin that the vertices' lattice leaves no area\n",
+                cli_count_text(b->shapes.flat, text), leaf_word(&b->header), b->shapes.flat == 1 ? " is" : "s are");
+    if (b->coarse_exp > b->header.vertex_exp)
+        fprintf(stderr, "  fine detail in places: vertices there on a lattice of %.2g, elsewhere of up to %.2g\n",
+                ldexp(1, b->header.vertex_exp), ldexp(1, b->coarse_exp));
 }
 
 void build_print_summary(const struct build_result *r)
@@ -106,6 +156,7 @@ void build_print_summary(const struct build_result *r)
             h->cluster_count, cli_bytes_text(h->file_bytes, e),
             (double)h->file_bytes / (double)h->leaf_count, leaf_word(h));
     print_accounts(h);
+    print_coding(b);
     fprintf(stderr, "  %.2f s, %.2f s CPU, peak memory %s of %s, temporary files %s written, "
             "%s read, %u part%s\n", u->wall_s, u->cpu_s, cli_bytes_text(u->peak_bytes, a),
             cli_bytes_text(r->options->memory, d), cli_bytes_text(b->temp_written, e),
@@ -174,10 +225,12 @@ json_t *build_json(const struct build_result *r)
         "group_peak_bytes", (json_int_t)u->group_bytes, "temp_written_bytes",
         (json_int_t)b->temp_written, "temp_read_bytes", (json_int_t)b->temp_read, "parts",
         (int)b->parts, "phases", phases_json(b)));
+    json_t *coding = meta_coding_json(b);
+    json_object_set_new(out, "coding", coding ? coding : json_null());
     return out;
 }
 
-const char *build_remedy(const struct spc_error *err, bool in_scan, bool strict)
+const char *build_remedy(const struct build_result *r, const struct spc_error *err, bool in_scan)
 {
     switch (err->status) {
     case SPC_EXISTS: return "--force replaces it";
@@ -188,7 +241,10 @@ const char *build_remedy(const struct spc_error *err, bool in_scan, bool strict)
     case SPC_TRUNCATED:
     case SPC_CORRUPT:
     case SPC_CHECKSUM: return in_scan ? "'spc-info --recover' rebuilds an archive from what is whole of it" : NULL;
-    case SPC_INPUT_BAD: return strict ? "without --strict they are dropped" : NULL;
+    case SPC_INPUT_BAD:
+        if (r->report.shapes.moved > 0)
+            return shapes_remedy(r);
+        return r->options->strict ? "without --strict they are dropped" : NULL;
     case SPC_IO: return cli_disk_remedy(err, "free some space there, or move temporary files with --temp");
     default: return NULL;
     }

@@ -22,7 +22,7 @@ void build_print_line(const struct build_result *r, size_t number, size_t of);
 /* The object of --json. NULL without memory: meta_no_memory. */
 json_t *build_json(const struct build_result *r);
 
-/* "name: fault; remedy" for an error of spb_build about a file. */
-const char *build_remedy(const struct spc_error *err, bool in_scan, bool strict);
+/* "name: fault; remedy" for an error of spb_build about a file. The text lives until the next call. */
+const char *build_remedy(const struct build_result *r, const struct spc_error *err, bool in_scan);
 
 #endif

@@ -13,14 +13,14 @@
 static const struct cli_share SHARES[] = {
     {"copy pipe", 0, 0}, {"count", 0, 0.05}, {"read vertices", 0.05, 0.02}, {"sort corners", 0.07, 0.03},
     {"answer corners", 0.1, 0.05}, {"read faces", 0.15, 0.1}, {"read points", 0.15, 0.1},
-    {"plan parts", 0.25, 0.02}, {"build parts", 0.27, 0.72}, {"estimate points", 0.27, 0.45},
-    {"build parts of points", 0.72, 0.27}, {"write archive", 0.99, 0.01}, {NULL, 0, 0},
+    {"plan parts", 0.25, 0.02}, {"measure detail", 0.27, 0}, {"build parts", 0.27, 0.72},
+    {"estimate points", 0.27, 0.45}, {"build parts of points", 0.72, 0.27}, {"write archive", 0.99, 0.01}, {NULL, 0, 0},
 };
 
 /* ---- one archive --------------------------------------------------------------------------------- */
 
-/* An archive built anew stays where it was. */
-static void take_coordinates(const char *archive, struct meta_coordinates *c)
+/* An archive built anew stays where it was, and what its scan lost before does not come back. */
+static void take_from_archive(const char *archive, struct meta_coordinates *c, json_t **coding)
 {
     struct spc_reader *reader = NULL;
     struct meta_coordinates old;
@@ -31,6 +31,8 @@ static void take_coordinates(const char *archive, struct meta_coordinates *c)
     json_t *meta = json_loadb(text, bytes, 0, NULL);
     meta_read_coordinates(meta, &old);
     meta_default_coordinates(c, &old);
+    if (*coding == NULL)
+        *coding = json_incref(json_object_get(meta, "coding"));
     json_decref(meta);
     spc_reader_close(reader);
 }
@@ -40,9 +42,13 @@ static char *make_meta(void *ctx, const struct spc_header *header)
     struct build_run *a = ctx;
     const struct spb_build_options *b = &a->build;
     struct meta_coordinates c = a->coordinates;
+    json_t *coding = meta_coding_json(a->report);
     if (strcmp(b->facts[0].format, "spc") == 0)
-        take_coordinates(b->scan, &c);
-    return meta_text(meta_new("spc-build", b, header, &c, meta_sources(b)), JSON_COMPACT);
+        take_from_archive(b->scan, &c, &coding);
+    json_t *meta = meta_new("spc-build", b, header, &c, meta_sources(b));
+    if (coding != NULL)
+        json_object_set_new(meta, "coding", coding);
+    return meta_text(meta, JSON_COMPACT);
 }
 
 /* Tells an error; what is in fault, and how it can be helped. Keeps it in *err. */
@@ -53,10 +59,11 @@ static enum spc_status build_archive(struct build_run *a, struct build_result *r
     const double began = cli_seconds(), cpu_before = usage_cpu_seconds();
     *r = (struct build_result){.options = &a->build, .facts = a->build.facts};
     memset(a->build.facts, 0, (1 + (size_t)a->build.more_count) * sizeof *a->build.facts);
+    a->report = &r->report;
     const enum spc_status status = spb_build(&a->build, &r->report, &file, err);
     cli_progress_result(err);
     if (status != SPC_OK) {
-        cli_error(file, err, build_remedy(err, file != a->build.out, a->build.strict));
+        cli_error(file, err, build_remedy(r, err, file != a->build.out));
         return status;
     }
     r->usage = usage_since(began, cpu_before);

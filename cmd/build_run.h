@@ -10,6 +10,7 @@ struct build_run {
     enum cli_progress_mode progress;
     bool json, quiet;
     bool update;                    /* with out_dir: scans older than their archives are passed over */
+    const struct spb_build_report *report;      /* of the archive under way */
     const char *out_dir;            /* NULL: one archive of all scans */
     const char *list;               /* file that names further scans, or NULL */
     struct meta_coordinates coordinates;

@@ -6,6 +6,7 @@
  * than GROUP_MIN may lie on a coarser lattice by chance; they are left out.
  */
 #include "info.h"
+#include "meta.h"
 
 #include "bytes.h"
 #include "layout.h"
@@ -157,6 +158,18 @@ static double worst_angle_deg(int step)
 
 /* ---- one pass ------------------------------------------------------------------------------------ */
 
+/* Cells without detail have a coarser lattice than the header's. */
+static double coarsest_step(const struct spc_reader *r)
+{
+    struct meta_coding coding;
+    size_t bytes = 0;
+    const char *text = spc_reader_meta(r, &bytes);
+    json_t *meta = json_loadb(text, bytes, 0, NULL);
+    meta_read_coding(meta, spc_reader_header(r), &coding);
+    json_decref(meta);
+    return coding.coarsest_step;
+}
+
 static void conclude(struct pass *p)
 {
     const struct spc_header *h = spc_reader_header(p->reader);
@@ -169,7 +182,7 @@ static void conclude(struct pass *p)
             .normal_deg = worst_angle_deg(1 << zero_bits(p->used[k][NORMAL], 6)),
         };
     out->vertex_step = ldexp(1, h->vertex_exp);
-    out->vertex_moved = out->vertex_step * sqrt(3) / 2;
+    out->vertex_moved = coarsest_step(p->reader) * sqrt(3) / 2;
     out->leaf_radius = info_file_units(h, median(p->counts[LEAF_RADIUS]));
     out->leaf_edge = info_file_units(h, median(p->counts[LEAF_EDGE]));
     out->center_step_median = median(p->counts[CENTER_SHARE]);
@@ -230,10 +243,11 @@ static const char *share_text(double share, double of, char text[WORD])
 static void print_vertices(const struct info_bytes *b)
 {
     char of_radius[WORD], of_edge[WORD], of_box[WORD];
-    printf("vertices   lattice %.3g: moved by at most %.3g, half its diagonal;\n"
+    printf("vertices   lattice %.3g%s: moved by at most %.3g, half its diagonal;\n"
            "           %s of the median leaf radius, %s of the median of the\n"
            "           leaves' longest edges, %s of the box diagonal\n", b->vertex_step,
-           b->vertex_moved, share_text(b->vertex_moved, b->leaf_radius, of_radius),
+           b->vertex_moved > b->vertex_step ? " or coarser" : "", b->vertex_moved,
+           share_text(b->vertex_moved, b->leaf_radius, of_radius),
            share_text(b->vertex_moved, b->leaf_edge, of_edge),
            share_text(b->vertex_moved, b->diagonal, of_box));
 }

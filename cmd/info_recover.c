@@ -91,6 +91,7 @@ static char *make_meta(void *ctx, const struct spc_header *header)
     json_object_set_new(meta, "recovered",
                         json_pack("{s:I, s:o}", "triangles", (json_int_t)v->triangles, "of",
                                   known(v->triangles_of)));
+    json_object_set(meta, "coding", json_object_get(r->meta, "coding"));
     return meta_text(meta, JSON_COMPACT);
 }
 

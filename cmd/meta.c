@@ -1,5 +1,6 @@
 #include "meta.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -120,6 +121,46 @@ static json_t *coordinates_json(const struct meta_coordinates *c)
     return NULL;
 }
 
+/* ---- coding ------------------------------------------------------------------------------------ */
+
+static uint64_t count_in(const json_t *from, const char *key)
+{
+    const json_int_t n = json_integer_value(json_object_get(from, key));
+    return n > 0 ? (uint64_t)n : 0;
+}
+
+static double length_in(const json_t *from, const char *key)
+{
+    const double v = json_number_value(json_object_get(from, key));
+    return v > 0 && v < HUGE_VAL ? v : 0;
+}
+
+void meta_read_coding(const json_t *meta, const struct spc_header *header, struct meta_coding *out)
+{
+    const json_t *from = json_object_get(meta, "coding");
+    const double step = ldexp(1, header->vertex_exp), coarsest = length_in(from, "coarsest_step");
+    *out = (struct meta_coding){.moved = count_in(from, "lost_shape"), .flat = count_in(from, "lost_area"),
+                                .least = length_in(from, "smallest"), .most = length_in(from, "largest"),
+                                .coarsest_step = coarsest > step ? coarsest : step};
+}
+
+json_t *meta_coding_json(const struct spb_build_report *r)
+{
+    const struct spb_shapes *s = &r->shapes;
+    json_t *out = json_object();
+    if (s->moved > 0)
+        json_object_update_new(out, json_pack("{s:I, s:f, s:f}", "lost_shape", (json_int_t)s->moved,
+                                              "smallest", s->least, "largest", s->most));
+    if (s->flat > 0)
+        json_object_set_new(out, "lost_area", json_integer((json_int_t)s->flat));
+    if (r->coarse_exp > r->header.vertex_exp)
+        json_object_set_new(out, "coarsest_step", json_real(ldexp(1, r->coarse_exp)));
+    if (json_object_size(out) > 0)
+        return out;
+    json_decref(out);
+    return NULL;
+}
+
 json_t *meta_new(const char *tool, const struct spb_build_options *b,
                  const struct spc_header *header, const struct meta_coordinates *coordinates,
                  json_t *sources)
@@ -135,6 +176,8 @@ json_t *meta_new(const char *tool, const struct spb_build_options *b,
         (header->flags & SPC_FLAG_TRIANGLES) != 0, "cluster_nodes",
         (int)b->cluster_nodes, "block_nodes", (int)b->block_nodes, "normal_clusters",
         (int)header->normal_clusters, "sources", sources);
+    if (b->detail >= 0)
+        json_object_set_new(json_object_get(meta, "options"), "detail", json_real(b->detail));
     json_t *placed = coordinates != NULL ? coordinates_json(coordinates) : NULL;
     if (placed != NULL)
         json_object_set_new(meta, "coordinates", placed);

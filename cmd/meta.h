@@ -36,6 +36,19 @@ void meta_read_coordinates(const json_t *meta, struct meta_coordinates *out);
 /* Takes over from other what c does not say. */
 void meta_default_coordinates(struct meta_coordinates *c, const struct meta_coordinates *other);
 
+/* What the vertices' lattice has changed in the scan, and where it is not the header's. */
+struct meta_coding {
+    uint64_t moved, flat;           /* triangles: as struct spb_shapes */
+    double least, most;             /* file units */
+    double coarsest_step;           /* file units: of the lattice where it is coarsest */
+};
+
+/* As far as it is there and makes sense; else nothing has changed, on the header's lattice. */
+void meta_read_coding(const json_t *meta, const struct spc_header *header, struct meta_coding *out);
+
+/* NULL when there is nothing to say. */
+json_t *meta_coding_json(const struct spb_build_report *report);
+
 /* The whole object; takes the reference to sources. coordinates may be NULL. NULL without memory. */
 json_t *meta_new(const char *tool, const struct spb_build_options *options,
                  const struct spc_header *header, const struct meta_coordinates *coordinates,

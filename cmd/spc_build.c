@@ -19,7 +19,7 @@ static const char HELP[] =
     "      --force             replace archives, once the new ones are complete\n"
     "      --memory SIZE       memory for building: K M G (default 1G, at least 64M)\n"
     "      --temp DIR          folder of temporary files (default: beside the output)\n"
-    "      --strict            fail if a face cannot be used, instead of dropping it\n"
+    "      --strict            fail if a face cannot be used or would lose its shape\n"
     "      --offset X,Y,Z --scale S --up AXIS --unit NAME --crs EPSG:N\n"
     "                          where the scan lies in the world: kept in the archive\n"
     "      --progress MODE     auto, always, never or json    -q, --quiet  no summary\n"
@@ -35,6 +35,8 @@ static const char HELP_MORE[] =
     "\n"
     "      --threads N         threads (default: all cores)\n"
     "      --update            with --out-dir: pass over scans older than theirs\n"
+    "      --detail LENGTH     faces at least so large keep their shape; by default those\n"
+    "                          that are many in their place\n"
     "      --no-triangles      points only: smaller, but blurred near the eye\n"
     "      --cull auto|none|back   are back faces never seen? auto: if it is closed\n"
     "      --error bound|paper     errors as proved bounds, or as in the thesis\n"
@@ -49,7 +51,7 @@ static const char HELP_MORE[] =
 enum { OPT_MEMORY = 256, OPT_THREADS, OPT_TEMP, OPT_FORCE, OPT_STRICT, OPT_NO_TRIANGLES, OPT_CULL,
        OPT_ERROR, OPT_CODEC, OPT_CLUSTER_NODES, OPT_BLOCK_NODES, OPT_NORMAL_CLUSTERS, OPT_PROGRESS,
        OPT_JSON, OPT_OUT_DIR, OPT_LIST, OPT_UPDATE, OPT_OFFSET, OPT_SCALE, OPT_UP, OPT_UNIT, OPT_CRS,
-       OPT_PART_FACES, OPT_SLICE_LOG2, OPT_VERTICES_ON_DISK };
+       OPT_DETAIL, OPT_PART_FACES, OPT_SLICE_LOG2, OPT_VERTICES_ON_DISK };
 
 static const struct option LONG[] = {
     {"output", 1, NULL, 'o'}, {"memory", 1, NULL, OPT_MEMORY},
@@ -62,7 +64,7 @@ static const struct option LONG[] = {
     {"json", 0, NULL, OPT_JSON}, {"quiet", 0, NULL, 'q'}, {"out-dir", 1, NULL, OPT_OUT_DIR},
     {"list", 1, NULL, OPT_LIST}, {"update", 0, NULL, OPT_UPDATE}, {"offset", 1, NULL, OPT_OFFSET},
     {"scale", 1, NULL, OPT_SCALE}, {"up", 1, NULL, OPT_UP}, {"unit", 1, NULL, OPT_UNIT},
-    {"crs", 1, NULL, OPT_CRS},
+    {"crs", 1, NULL, OPT_CRS}, {"detail", 1, NULL, OPT_DETAIL},
     {"part-faces", 1, NULL, OPT_PART_FACES},        /* for tests: many small parts, */
     {"vertices-on-disk", 0, NULL, OPT_VERTICES_ON_DISK},        /* little memory, */
     {"slice-log2", 1, NULL, OPT_SLICE_LOG2},        /* and faces in no order */
@@ -129,6 +131,15 @@ static int parse_coordinates(int c, const char *value, struct meta_coordinates *
     }
 }
 
+static int parse_size(int c, const char *value, struct spb_build_options *b)
+{
+    if (c == OPT_MEMORY && (!cli_size(value, &b->memory) || b->memory < (uint64_t)64 << 20))
+        return cli_usage("--memory takes a size of at least 64M, not '%s'", value);
+    if (c == OPT_DETAIL && (!cli_double(value, &b->detail) || !(b->detail >= 0)))
+        return cli_usage("--detail takes a length of 0 or more, not '%s'", value);
+    return EXIT_DONE;
+}
+
 static int parse_option(int c, const char *value, struct build_run *a)
 {
     static const char *const culls[] = {"auto", "none", "back"};
@@ -155,9 +166,7 @@ static int parse_option(int c, const char *value, struct build_run *a)
     case OPT_CRS: return parse_coordinates(c, value, &a->coordinates);
     case OPT_CODEC: return parse_codec(value, b);
     case OPT_MEMORY:
-        if (!cli_size(value, &b->memory) || b->memory < (uint64_t)64 << 20)
-            return cli_usage("--memory takes a size of at least 64M, not '%s'", value);
-        return EXIT_DONE;
+    case OPT_DETAIL: return parse_size(c, value, b);
     case OPT_THREADS:
         if (!cli_u32(value, 1, 1024, &n))
             return cli_usage("--threads takes 1 to 1024, not '%s'", value);

@@ -136,6 +136,22 @@ static void print_accounts(const struct spc_header *h)
     putchar('\n');
 }
 
+/* What the scan lost when it was coded. */
+static void print_coding(const struct spc_header *h, const struct facts *f)
+{
+    struct meta_coding c;
+    char a[CLI_TEXT], b[CLI_TEXT];
+    meta_read_coding(f->meta, h, &c);
+    if (c.coarsest_step > ldexp(1, h->vertex_exp))
+        printf("           of up to %.3g where no detail is fine\n", c.coarsest_step);
+    if (c.moved > 0)
+        printf("changed    %s of %.2g to %.2g across lost their shape on it\n",
+               cli_count_text(c.moved, a), c.least, c.most);
+    if (c.flat > 0)
+        printf("%s%s so thin that they have no area on it\n", c.moved > 0 ? "           " : "changed    ",
+               cli_count_text(c.flat, b));
+}
+
 static void print_text(const char *path, const struct spc_reader *r, const struct facts *f)
 {
     const struct spc_header *h = spc_reader_header(r);
@@ -152,6 +168,7 @@ static void print_text(const char *path, const struct spc_reader *r, const struc
                ldexp(1, h->vertex_exp));
     else
         printf("triangles  none: points only\n");
+    print_coding(h, f);
     printf("clusters   %u on %u levels, in %u blocks; %u normal clusters\n", h->cluster_count,
            f->levels, h->block_count, h->normal_clusters);
     printf("colours    %s\n", h->flags & SPC_FLAG_COLORS ? "RGBA" : "none");
@@ -212,6 +229,8 @@ static json_t *info_json(const struct spc_reader *r, const struct facts *f)
         (json_int_t)f->bytes[SPC_BLOCK_LEAF]);
     json_object_update_new(out, more);
     json_object_update_new(out, rest);
+    json_t *coding = json_object_get(f->meta, "coding");
+    json_object_set(out, "coding", coding ? coding : json_null());
     json_object_set(out, "meta", f->meta ? f->meta : json_null());
     return out;
 }

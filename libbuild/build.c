@@ -2,6 +2,7 @@
 
 #include "budget.h"
 #include "chain.h"
+#include "detail.h"
 #include "faces.h"
 #include "layout.h"
 #include "points.h"
@@ -27,6 +28,7 @@ void spb_build_defaults(struct spb_build_options *options)
 {
     *options = (struct spb_build_options){
         .triangles = true,
+        .detail = SPB_DETAIL_AUTO,
         .codec = SPC_CODEC_ZSTD,
         .level = 1,
         .cluster_nodes = 28672,     /* at most 21 845 leaves with their vertices: one block */
@@ -48,6 +50,7 @@ struct build {
     struct spb_vertices vertices;
     struct spb_corner_sort *corners;            /* where vertices are on disk and faces jump */
     struct spb_space space;
+    uint8_t *cells;                 /* of the space */
     struct spb_face_stats stats;
     struct spb_tmpfile *faces_file, *spool_file;
     struct spb_distributor distributor;
@@ -237,6 +240,16 @@ static enum spc_status check_space(const char *folder, uint64_t needed, const ch
                        large ? "GB" : "MB");
 }
 
+static enum spc_status too_small(const double min[3], const double max[3], struct spc_error *err)
+{
+    double side = 0;
+    for (int a = 0; a < 3; a++)
+        side = fmax(side, max[a] - min[a]);
+    return spc_fail(err, SPC_INPUT_BAD, SPC_NO_OFF,
+                    "it is %.2g across, less than doubles can resolve: multiply its coordinates by 1e100, say, and "
+                    "give --scale 1e-100 here", side);
+}
+
 static enum spc_status read_vertices(struct build *b, struct spc_error *err)
 {
     const enum spc_status status = spb_vertices_read(b->source, &b->temp, b->budget.table,
@@ -249,8 +262,8 @@ static enum spc_status read_vertices(struct build *b, struct spc_error *err)
         if (b->vertices.max[a] - b->vertices.min[a] > 0x1p1000)
             return spc_fail(err, SPC_INPUT_BAD, SPC_NO_OFF,
                             "its coordinates span more than a double can measure");
-    spb_space_init(&b->space, b->vertices.min, b->vertices.max);
-    return SPC_OK;
+    return spb_space_init(&b->space, b->vertices.min, b->vertices.max)
+        ? SPC_OK : too_small(b->vertices.min, b->vertices.max, err);
 }
 
 /* Reading faces and taking them in turns: more threads would wait for the one that reads. */
@@ -356,13 +369,18 @@ static enum spc_status distribute_faces(struct build *b, struct spc_error *err)
     return status == SPC_OK ? distribute(b, NULL, err) : status;
 }
 
-/* The space of the vertices that faces use; true when it is another one than that of all. */
-static bool space_of_used(const struct build *b, struct spb_space *used)
+/* The space of the vertices that faces use; *other when it is another one than that of all. */
+static enum spc_status space_of_used(const struct build *b, struct spb_space *used, bool *other,
+                                     struct spc_error *err)
 {
+    const struct spb_survey *s = &b->stats.survey;
+    *other = false;
     if (b->stats.kept == 0)
-        return false;
-    spb_space_init(used, b->stats.survey.file_min, b->stats.survey.file_max);
-    return used->unit_exp != b->space.unit_exp || used->ulp_exp != b->space.ulp_exp;
+        return SPC_OK;
+    if (!spb_space_init(used, s->file_min, s->file_max))
+        return too_small(s->file_min, s->file_max, err);
+    *other = used->unit_exp != b->space.unit_exp || used->ulp_exp != b->space.ulp_exp;
+    return SPC_OK;
 }
 
 /* A file of doubles may hold what once were floats: then they resolve no more than those. */
@@ -425,10 +443,13 @@ static enum spc_status read_points(struct build *b, struct spc_error *err)
 static enum spc_status read_faces(struct build *b, struct spc_error *err)
 {
     struct spb_space used;
+    bool other = false;
     if (b->points)
         return read_points(b, err);
     enum spc_status status = distribute_faces(b, err);
-    if (status == SPC_OK && space_of_used(b, &used)) {
+    if (status == SPC_OK)
+        status = space_of_used(b, &used, &other, err);
+    if (status == SPC_OK && other) {
         release_buckets(b);
         b->space = used;
         memcpy(b->vertices.min, b->stats.survey.file_min, sizeof b->vertices.min);
@@ -516,6 +537,20 @@ static enum spc_status estimate_points(struct build *b, const struct spb_record_
     return SPC_OK;
 }
 
+/* Where faces are too small for the lattice. Vertices of archives lie on theirs and stay. */
+static enum spc_status find_detail(struct build *b, const struct spb_record_format *format,
+                                   struct spc_error *err)
+{
+    const double size = b->options->detail;
+    const struct spb_detail_input in = {
+        .plan = &b->plan, .file = b->faces_file, .format = *format, .survey = &b->stats.survey,
+        .size = size < 0 ? SPB_DETAIL_AUTO : ldexp(size, -b->space.unit_exp),
+        .threads = b->budget.threads, .progress = &b->progress,
+    };
+    return spb_source_info(b->source)->archive ? SPC_OK
+                                               : spb_detail_find(&in, &b->space, &b->cells, err);
+}
+
 static enum spc_status plan_parts(struct build *b, struct spc_error *err)
 {
     const struct spb_record_format format = b->distributor.format;
@@ -533,6 +568,8 @@ static enum spc_status plan_parts(struct build *b, struct spc_error *err)
                       b->budget.buffers, &b->progress, err);
     if (status == SPC_OK && b->points)
         status = estimate_points(b, &format, err);
+    if (status == SPC_OK)
+        status = find_detail(b, &format, err);
     if (status == SPC_OK)
         status = spb_tmpfile_create(&b->temp, &b->spool_file, err);
     if (status == SPC_OK)
@@ -557,14 +594,19 @@ static enum spc_status build_tree(struct build *b, struct spc_error *err)
 
 /* ---- writing ----------------------------------------------------------------------------------- */
 
-/* Snapping keeps order: the box of the snapped vertices is the snapped box. */
-static void fill_box(const struct build *b, struct spc_header *h)
+/*
+ * Snapping to one lattice keeps order: the box of the snapped vertices is the snapped box. In cells it may not.
+ * corners: as of spb_spool_shapes.
+ */
+static void fill_box(const struct build *b, const double corners[2][3], struct spc_header *h)
 {
+    const bool as_found = b->space.cells != NULL && !b->points;
     for (int a = 0; a < 3; a++) {
         const double *ends[2] = {b->stats.survey.file_min, b->stats.survey.file_max};
         double *out[2] = {h->box_min, h->box_max};
         for (int e = 0; e < 2; e++)
-            out[e][a] = ldexp(spb_space_snap(&b->space, spb_space_from_file(&b->space, a, ends[e][a])) +
+            out[e][a] = ldexp((as_found ? corners[e][a]
+                                        : spb_space_snap(&b->space, spb_space_from_file(&b->space, a, ends[e][a]))) +
                                   (double)spb_space_origin_number(&b->space, a),
                               b->space.vertex_exp);
     }
@@ -573,8 +615,15 @@ static void fill_box(const struct build *b, struct spc_header *h)
 static void fill_header(struct build *b, struct spc_header *h)
 {
     const struct spb_face_stats *s = &b->stats;
+    struct spb_shapes *shapes = &b->report->shapes;
+    double corners[2][3];
     spb_spool_count(b->spool, h);
-    fill_box(b, h);
+    spb_spool_shapes(b->spool, shapes, corners[0], corners[1]);
+    shapes->least = ldexp(shapes->least, b->space.unit_exp);
+    shapes->most = ldexp(shapes->most, b->space.unit_exp);
+    b->report->coarse_exp = b->space.coarse_exp;
+    b->report->detail_least = ldexp(1, spb_space_limit(&b->space) + SPB_DETAIL_STEPS_LOG2);
+    fill_box(b, (const double(*)[3])corners, h);
     h->triangle_count = h->flags & SPC_FLAG_TRIANGLES ? h->leaf_count : 0;
     h->cluster_nodes = b->options->cluster_nodes;
     h->block_nodes = b->options->block_nodes;
@@ -598,6 +647,13 @@ static enum spc_status write_archive(struct build *b, struct spc_error *err)
             h->leaf_count + h->dropped_bad_index + h->dropped_non_finite + h->dropped_degenerate ||
         h->leaf_count != b->stats.kept)
         return spc_fail(err, SPC_INTERNAL, SPC_NO_OFF, "the counts of faces and leaves do not add up");
+    if (b->options->strict && b->report->shapes.moved > 0) {
+        b->in_scan = true;
+        return spc_fail(err, SPC_INPUT_BAD, SPC_NO_OFF,
+                        "%llu %s of %.2g to %.2g across would lose their shape",
+                        (unsigned long long)b->report->shapes.moved, b->points ? "points" : "triangles",
+                        b->report->shapes.least, b->report->shapes.most);
+    }
     char *meta = b->options->meta
         ? b->options->meta(b->options->meta_ctx, h)
         : strdup("{}");
@@ -653,6 +709,7 @@ static void release(struct build *b)
     spb_corner_sort_free(b->corners);
     close_source(b);
     spc_writer_close(b->writer);
+    free(b->cells);
 }
 
 static enum spc_status prepare(struct build *b, struct spc_error *err)

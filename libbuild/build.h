@@ -14,6 +14,7 @@
 
 #include "progress.h"
 #include "salvage.h"
+#include "spool.h"
 #include "spc.h"
 
 enum spb_cull { SPB_CULL_AUTO, SPB_CULL_NONE, SPB_CULL_BACK };
@@ -33,6 +34,8 @@ struct spb_build_options {          /* spb_build_defaults, then change */
     bool force;                     /* replace an existing archive */
     bool salvage;                   /* scan is a damaged archive: build from what is whole of it */
     bool strict;                    /* dropped faces are a failure: SPC_INPUT_BAD */
+    double detail;                  /* file units: faces at least so large keep their shape, however few
+                                       they are; below 0: what is fine where many such are */
     bool triangles;                 /* keep them for drawing near the eye */
     bool paper_error;
     enum spb_cull cull;
@@ -70,6 +73,9 @@ struct spb_build_report {           /* for the summary; valid after success */
     uint64_t temp_written, temp_read;           /* sums over the phases */
     struct spb_phase_cost phases[SPB_PHASE_COUNT];
     double step;                    /* file units: what the scan's numbers resolve where they are largest */
+    struct spb_shapes shapes;       /* what the vertices' lattice has changed; lengths in file units */
+    double detail_least;            /* file units: what any lattice can keep */
+    int coarse_exp;                 /* vertices lie on 2^that, or finer where the scan is; the header's is the finest */
     double short_edge;              /* file units: a tenth of the edges are about that short or shorter */
     struct spb_salvage salvage;     /* with options.salvage */
     bool closed;                    /* every edge meets its reverse, volume is positive */

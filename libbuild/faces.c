@@ -51,7 +51,7 @@ struct job {
     uint8_t records[SPB_BATCH_MAX * 84];        /* [kept] without gaps */
     double keys[SPB_BATCH_MAX][4];              /* [kept] as of spb_record_keys */
     uint32_t cells[SPB_BATCH_MAX];              /* [kept] */
-    int16_t bins[SPB_BATCH_MAX];                /* [kept] as of spb_survey_measure */
+    struct spb_bins bins[SPB_BATCH_MAX];        /* [kept] as of spb_survey_measure */
     struct spb_measures measures;
     uint64_t bad_index, non_finite, degenerate, edge_sum;
 };

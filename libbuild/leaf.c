@@ -82,6 +82,21 @@ SPB_VECTORS static void snap(const struct spb_space *space, struct batch *b, uin
     }
 }
 
+/* The same where cells have lattices of their own. */
+static void snap_in_cells(const struct spb_space *space, struct batch *b, uint32_t n)
+{
+    const double step = ldexp(1, space->vertex_exp - space->unit_exp);
+    for (uint32_t i = 0; i < n; i++)
+        for (int k = 0; k < 3; k++) {
+            double u[3], number[3];
+            for (int a = 0; a < 3; a++)
+                u[a] = spb_space_from_file(space, a, b->corner[k][a][i]);
+            spb_space_snap_corner(space, u, number);
+            for (int a = 0; a < 3; a++)
+                b->corner[k][a][i] = number[a] * step;
+        }
+}
+
 /* ---- the disk ---------------------------------------------------------------------------------- */
 
 SPB_INLINE double square_of(double x, double y, double z)
@@ -242,7 +257,10 @@ static void make_batch(const struct spb_space *space, struct batch *b, uint32_t 
                        struct spb_node *nodes)
 {
     float cone[BATCH];
-    snap(space, b, n);
+    if (space->cells != NULL)
+        snap_in_cells(space, b, n);
+    else
+        snap(space, b, n);
     find_windings(b, n);
     find_disks(b, n);
     find_normals(b, n);

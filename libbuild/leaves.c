@@ -70,6 +70,21 @@ SPB_VECTORS static void snap(const struct snapping *s, struct batch *b, uint32_t
         }
 }
 
+/* The same where cells have lattices of their own. */
+static void snap_in_cells(const struct spb_space *space, const struct snapping *s, struct batch *b,
+                          uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        for (int k = 0; k < 3; k++) {
+            double u[3], number[3];
+            for (int a = 0; a < 3; a++)
+                u[a] = spb_space_from_file(space, a, b->file[k][a][i]);
+            spb_space_snap_corner(space, u, number);
+            for (int a = 0; a < 3; a++)
+                b->leaf.corner[k][a][i] = number[a] + s->shift[a];
+        }
+}
+
 static void keep_keys(struct pack_leaves *l, uint32_t first, const struct leaf_batch *b, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++)
@@ -168,6 +183,18 @@ double pack_leaves_reach(const struct pack *p, const double from[3])
     return most;
 }
 
+/* Where all corners are, from the space's origin. */
+static void widen_corners(struct spb_cluster *out, const struct leaf_batch *b, const double shift[3],
+                          uint32_t count)
+{
+    for (int k = 0; k < 9; k++)
+        for (uint32_t i = 0; i < count; i++) {
+            const double at = b->corner[k / 3][k % 3][i] - shift[k % 3];
+            out->corner_min[k % 3] = smaller_of(at, out->corner_min[k % 3]);
+            out->corner_max[k % 3] = larger_of(at, out->corner_max[k % 3]);
+        }
+}
+
 /* Whether every corner has 21 bits an axis. */
 static bool keys_fit(const struct pack *p)
 {
@@ -195,6 +222,8 @@ enum spc_status pack_leaves(struct pack *p, int step_exp, struct spc_error *err)
         s.shift[a] = (double)(spb_space_origin_number(space, a) - frame.origin[a]);
         l->min[a] = HUGE_VAL;
         l->max[a] = -HUGE_VAL;
+        p->out->corner_min[a] = HUGE_VAL;
+        p->out->corner_max[a] = -HUGE_VAL;
     }
     l->step_exp = step_exp;
     if (!keys_fit(p) && count > 0) {
@@ -207,7 +236,13 @@ enum spc_status pack_leaves(struct pack *p, int step_exp, struct spc_error *err)
         const uint32_t n = count - first < PACK_BATCH ? count - first : PACK_BATCH;
         prefetch(p, first + PACK_BATCH);
         gather(p, first, n, &b);
-        snap(&s, &b, n);
+        if (space->cells != NULL) {
+            snap_in_cells(space, &s, &b, n);
+            widen_corners(p->out, &b.leaf, s.shift, n);
+        } else {
+            snap(&s, &b, n);
+        }
+        pack_shapes(p, (const double(*)[3][PACK_BATCH])b.file, &b.leaf, s.shift, n);
         if (l->wide)
             keep_wide(l, first, &b.leaf, n);
         else

@@ -111,6 +111,13 @@ enum spc_status pack_quantise(struct pack *p, struct spc_error *err);
 /* leaves.c: triangles and disks of all leaves, once the origin is known. fails SPC_NO_MEMORY */
 enum spc_status pack_leaves(struct pack *p, int step_exp, struct spc_error *err);
 
+/*
+ * shapes.c: counts what became of count triangles, in p->out. file: their corners as the scan has them;
+ * batch: as lattice numbers, counted from shift beside the space's origin.
+ */
+void pack_shapes(struct pack *p, const double file[3][3][PACK_BATCH], const struct leaf_batch *batch,
+                 const double shift[3], uint32_t count);
+
 /* Largest distance from a point, units from the origin, to the far side of a leaf's ball. */
 double pack_leaves_reach(const struct pack *p, const double from[3]);
 

@@ -576,8 +576,10 @@ static enum spc_status fill_part(struct filling *f, struct spc_error *err)
 static void add_bins(struct estimate *e, const uint64_t *bins)
 {
     pthread_mutex_lock(&e->lock);
-    for (int i = 0; i < SPB_EDGE_BINS; i++)
+    for (int i = 0; i < SPB_EDGE_BINS; i++) {
         e->survey->edge_bins[i] += bins[i];
+        e->survey->size_bins[i] += bins[i];     /* their triangles are equilateral */
+    }
     pthread_mutex_unlock(&e->lock);
 }
 

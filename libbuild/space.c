@@ -19,7 +19,7 @@ static int exponent_of(double v)    /* v < 2^e, v >= 2^(e-1) */
     return e;
 }
 
-void spb_space_init(struct spb_space *space, const double min[3], const double max[3])
+bool spb_space_init(struct spb_space *space, const double min[3], const double max[3])
 {
     double side = 0, largest = 0;
     for (int a = 0; a < 3; a++) {
@@ -29,7 +29,8 @@ void spb_space_init(struct spb_space *space, const double min[3], const double m
     if (isinf(side))                /* opposite ends of the range of double */
         side = 0x1p1023;
     space->ulp_exp = largest > 0 ? exponent_of(largest) - 53 : -1074;
-    if (space->ulp_exp < -1022)
+    const bool beyond = space->ulp_exp < -1022;     /* steps and scales are normal numbers */
+    if (beyond)
         space->ulp_exp = -1022;
     /* A scan of one point has no side: any unit serves, the ulp keeps it near the data. */
     space->unit_exp = side > 0 ? exponent_of(side) : space->ulp_exp + VERTEX_BITS_MIN;
@@ -40,19 +41,25 @@ void spb_space_init(struct spb_space *space, const double min[3], const double m
         step = space->ulp_exp;
     for (int a = 0; a < 3; a++)
         space->origin[a] = times_exp2(floor(times_exp2(min[a], -step)), step);
-    space->vertex_exp = step;
+    space->vertex_exp = space->coarse_exp = step;
+    space->cells = NULL;
+    return !beyond || !(side > 0) || exponent_of(side) - VERTEX_BITS_MIN >= -1022;
+}
+
+int spb_space_limit(const struct spb_space *space)
+{
+    const int finest = space->unit_exp - VERTEX_BITS_MAX;
+    return finest > space->ulp_exp ? finest : space->ulp_exp;
 }
 
 static void set_step(struct spb_space *space, int step)
 {
     const int coarsest = space->vertex_exp;         /* as init left it: divides the origin */
-    if (step < space->unit_exp - VERTEX_BITS_MAX)
-        step = space->unit_exp - VERTEX_BITS_MAX;
-    if (step < space->ulp_exp)
-        step = space->ulp_exp;
+    if (step < spb_space_limit(space))
+        step = spb_space_limit(space);
     if (step > coarsest)
         step = coarsest;
-    space->vertex_exp = step;
+    space->vertex_exp = space->coarse_exp = step;
 }
 
 void spb_space_set_vertices(struct spb_space *space, double edge)
@@ -64,6 +71,13 @@ void spb_space_set_vertices(struct spb_space *space, double edge)
 void spb_space_use_lattice(struct spb_space *space, int lattice_exp)
 {
     set_step(space, lattice_exp);
+}
+
+void spb_space_refine(struct spb_space *space, int bits)
+{
+    const int coarse = space->coarse_exp;
+    set_step(space, space->vertex_exp - bits);
+    space->coarse_exp = coarse;
 }
 
 int spb_space_finest(const struct spb_space *space)
@@ -79,6 +93,15 @@ double spb_space_from_file(const struct spb_space *space, int axis, double x)
 double spb_space_snap(const struct spb_space *space, double u)
 {
     return floor(times_exp2(u, space->unit_exp - space->vertex_exp) + 0.5);
+}
+
+void spb_space_snap_corner(const struct spb_space *space, const double u[3], double number[3])
+{
+    const int coarser = space->cells ? space->cells[spb_space_cell(u)] : 0;
+    const double to_steps = times_exp2(1, space->unit_exp - space->vertex_exp - coarser);
+    const double to_finest = times_exp2(1, coarser);
+    for (int a = 0; a < 3; a++)
+        number[a] = floor(u[a] * to_steps + 0.5) * to_finest;
 }
 
 int64_t spb_space_origin_number(const struct spb_space *space, int axis)
@@ -170,6 +193,15 @@ void spb_point_corners(const struct spb_record_format *format, const struct spb_
         corner[3 + a] = at - along / 2 + across;
         corner[6 + a] = at - along / 2 - across;
     }
+}
+
+void spb_record_corners(const struct spb_record_format *format, const struct spb_space *space,
+                        const uint8_t *record, double corner[9])
+{
+    if (format->points)
+        spb_point_corners(format, space, record, corner);
+    for (int k = 0; k < 9 && !format->points; k++)
+        corner[k] = load_coordinate(record, format->wide, k);
 }
 
 void spb_record_keys(const struct spb_record_format *format, const struct spb_space *space,

@@ -15,10 +15,16 @@ struct spb_space {
     int unit_exp;                   /* K: 2^K is the smallest power above the longest side */
     int ulp_exp;                    /* exponent of the ulp of the largest |coordinate| */
     int vertex_exp;                 /* lattice of the vertices; set by spb_space_set_vertices */
+    int coarse_exp;                 /* the lattice where no cell is finer */
+    const uint8_t *cells;           /* NULL, or of each cell (detail.h) by how many bits its lattice is
+                                       coarser than that: spb_space_cell */
 };
 
-/* Space of a scan with these bounds (finite, min <= max), file units. */
-void spb_space_init(struct spb_space *space, const double min[3], const double max[3]);
+/*
+ * Space of a scan with these bounds (finite, min <= max), file units. False: the scan is so small that
+ * normal numbers are no lattice of 2^10 steps across it, and its own numbers resolve more.
+ */
+bool spb_space_init(struct spb_space *space, const double min[3], const double max[3]);
 
 /*
  * Chooses the vertex lattice: edge is a short edge of the scan (tenth percentile), in units; 0
@@ -34,6 +40,12 @@ void spb_space_set_vertices(struct spb_space *space, double edge);
  */
 void spb_space_use_lattice(struct spb_space *space, int lattice_exp);
 
+/* Makes the lattice of vertices finer by so many bits, or by what the limits allow. */
+void spb_space_refine(struct spb_space *space, int bits);
+
+/* The finest lattice that vertices could have: vertex_exp is not below. */
+int spb_space_limit(const struct spb_space *space);
+
 /* Exponent, in units, of the finest step a position may have: that of vertices. */
 int spb_space_finest(const struct spb_space *space);
 
@@ -42,6 +54,22 @@ double spb_space_from_file(const struct spb_space *space, int axis, double x);
 
 /* Build coordinate -> the nearest vertex lattice point: its number counted from the origin. */
 double spb_space_snap(const struct spb_space *space, double u);
+
+/* The same for a corner, in space->cells if there are any. */
+void spb_space_snap_corner(const struct spb_space *space, const double u[3], double number[3]);
+
+/* Cell of a corner, units: 2^6 a unit, along x first. */
+enum { SPB_DETAIL_LOG2 = 6 };
+static inline uint32_t spb_space_cell(const double u[3])
+{
+    const double side = 1 << SPB_DETAIL_LOG2;
+    uint32_t cell = 0;
+    for (int a = 2; a >= 0; a--) {
+        const double at = u[a] * side, last = side - 1;
+        cell = cell << SPB_DETAIL_LOG2 | (uint32_t)(at >= last ? last : at > 0 ? at : 0);
+    }
+    return cell;
+}
 
 /* Number of the origin itself on the vertex lattice, counted from file coordinate 0; exact. */
 int64_t spb_space_origin_number(const struct spb_space *space, int axis);
@@ -70,6 +98,10 @@ static inline uint32_t spb_point_normal(const struct spb_record_format *format)
 /* The corners of a point's triangle, [corner][axis], file units; counterclockwise around its normal. */
 void spb_point_corners(const struct spb_record_format *format, const struct spb_space *space,
                        const uint8_t *record, double corner[9]);
+
+/* The corners of any record, likewise. */
+void spb_record_corners(const struct spb_record_format *format, const struct spb_space *space,
+                        const uint8_t *record, double corner[9]);
 
 /*
  * Where faces lie for splitting: the middle of a face's box, or a point, on a lattice of 2^-52 units, of records

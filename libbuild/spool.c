@@ -1,5 +1,7 @@
 #include "spool.h"
 
+#include "vec.h"
+
 #include <pthread.h>
 #include <stdlib.h>
 
@@ -101,6 +103,29 @@ void spb_spool_count(const struct spb_spool *s, struct spc_header *h)
     }
     h->e_min = e_min <= e_max ? spc_len_decode(e_min) : 0;
     h->e_max = spc_len_decode(e_max);
+}
+
+void spb_spool_shapes(const struct spb_spool *s, struct spb_shapes *shapes, double corner_min[3],
+                      double corner_max[3])
+{
+    *shapes = (struct spb_shapes){.moved = 0};
+    for (int a = 0; a < 3; a++) {
+        corner_min[a] = HUGE_VAL;
+        corner_max[a] = -HUGE_VAL;
+    }
+    for (uint32_t i = 0; i < s->count; i++) {
+        const struct spb_cluster *c = s->clusters[i];
+        for (int a = 0; a < 3; a++) {
+            corner_min[a] = smaller_of(corner_min[a], c->corner_min[a]);
+            corner_max[a] = larger_of(corner_max[a], c->corner_max[a]);
+        }
+        if (c->shapes.moved > 0) {
+            shapes->least = shapes->moved == 0 ? c->shapes.least : smaller_of(shapes->least, c->shapes.least);
+            shapes->most = larger_of(shapes->most, c->shapes.most);
+        }
+        shapes->moved += c->shapes.moved;
+        shapes->flat += c->shapes.flat;
+    }
 }
 
 /* Numbers in file order: a cluster's children follow each other, behind all coarser ones. */

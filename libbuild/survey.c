@@ -10,6 +10,7 @@ struct batch {
     double at[9][BATCH];            /* units */
     double volume[BATCH];
     double shortest[BATCH];         /* squared; infinite when every edge is 0 */
+    double longest[BATCH];          /* squared */
 };
 
 void spb_survey_init(struct spb_survey *survey)
@@ -50,12 +51,17 @@ SPB_VECTORS static void widen(const struct batch *b, struct spb_measures *m)
     }
 }
 
-/* Squared edge from corner k to corner l, unless it is 0 or not below s. */
-SPB_INLINE double shorter(const struct batch *b, int k, int l, uint32_t i, double s)
+/* Squared edge from corner k to corner l. */
+SPB_INLINE double edge_of(const struct batch *b, int k, int l, uint32_t i)
 {
     const double x = b->at[l][i] - b->at[k][i], y = b->at[l + 1][i] - b->at[k + 1][i];
     const double z = b->at[l + 2][i] - b->at[k + 2][i];
-    const double square = x * x + y * y + z * z;
+    return x * x + y * y + z * z;
+}
+
+/* The square, unless it is 0 or not below s. */
+SPB_INLINE double shorter(double square, double s)
+{
     return square > 0 ? smaller_of(square, s) : s;
 }
 
@@ -67,8 +73,11 @@ SPB_VECTORS static void measure(const struct spb_space *space, struct batch *b)
         for (uint32_t i = 0; i < BATCH; i++)
             b->at[k][i] = (b->file[k][i] - origin) * scale;
     }
-    for (uint32_t i = 0; i < BATCH; i++)
-        b->shortest[i] = shorter(b, 0, 3, i, shorter(b, 3, 6, i, shorter(b, 6, 0, i, HUGE_VAL)));
+    for (uint32_t i = 0; i < BATCH; i++) {
+        const double p = edge_of(b, 0, 3, i), q = edge_of(b, 3, 6, i), r = edge_of(b, 6, 0, i);
+        b->shortest[i] = shorter(p, shorter(q, shorter(r, HUGE_VAL)));
+        b->longest[i] = larger_of(p, larger_of(q, r));
+    }
     for (uint32_t i = 0; i < BATCH; i++) {
         const double x = b->at[4][i] * b->at[8][i] - b->at[5][i] * b->at[7][i];
         const double y = b->at[5][i] * b->at[6][i] - b->at[3][i] * b->at[8][i];
@@ -88,7 +97,7 @@ int16_t spb_survey_bin(double square)
 
 void spb_survey_measure(const struct spb_record_format *format, const struct spb_space *space,
                         const uint8_t *records, uint32_t count, struct spb_measures *m,
-                        int16_t *bins)
+                        struct spb_bins *bins)
 {
     struct batch b;
     *m = (struct spb_measures){.file_min = {HUGE_VAL, HUGE_VAL, HUGE_VAL},
@@ -103,22 +112,35 @@ void spb_survey_measure(const struct spb_record_format *format, const struct spb
         measure(space, &b);
         for (uint32_t i = 0; i < n; i++) {
             m->volume += b.volume[i];
-            bins[first + i] = spb_survey_bin(b.shortest[i]);
+            bins[first + i] = (struct spb_bins){
+                spb_survey_bin(b.shortest[i]), b.longest[i] > 0 ? spb_survey_bin(b.longest[i]) : -1};
         }
     }
 }
 
-void spb_survey_add(struct spb_survey *survey, const struct spb_measures *m, const int16_t *bins,
-                    uint32_t count)
+void spb_survey_add(struct spb_survey *survey, const struct spb_measures *m,
+                    const struct spb_bins *bins, uint32_t count)
 {
     for (int a = 0; a < 3; a++) {
         survey->file_min[a] = smaller_of(m->file_min[a], survey->file_min[a]);
         survey->file_max[a] = larger_of(m->file_max[a], survey->file_max[a]);
     }
     survey->volume += m->volume;
-    for (uint32_t i = 0; i < count; i++)
-        if (bins[i] >= 0)
-            survey->edge_bins[bins[i]]++;
+    for (uint32_t i = 0; i < count; i++) {
+        if (bins[i].edge >= 0)
+            survey->edge_bins[bins[i].edge]++;
+        if (bins[i].size >= 0)
+            survey->size_bins[bins[i].size]++;
+    }
+}
+
+uint64_t spb_survey_smaller(const struct spb_survey *survey, int size_exp)
+{
+    const int end = spb_survey_bin(times_exp2(1, 2 * size_exp));
+    uint64_t below = 0;
+    for (int i = 0; i < end; i++)
+        below += survey->size_bins[i];
+    return below;
 }
 
 double spb_survey_short_edge(const struct spb_survey *survey)

@@ -28,6 +28,7 @@ struct sample {
     uint64_t key[N][3];
     float cone[N];
     uint8_t height[N], records[N * 36];
+    struct spb_cluster out;
 };
 
 /* Small triangles in a box at an offset; every tenth has no area. */
@@ -54,7 +55,8 @@ static struct sample *sample_create(void)
         s->cone_normal[i] = (uint16_t)((uint32_t)(255 * next(&state)) | (uint32_t)(255 * next(&state)) << 8);
         s->cone[i] = i % 7 ? (float)(2 * next(&state) - 1) : -1;
     }
-    s->p = (struct pack){.tree = &s->tree, .shared = &s->shared, .cosine = 1, .axis = {0.6, 0, 0.8}};
+    s->p = (struct pack){.tree = &s->tree, .shared = &s->shared, .cosine = 1, .axis = {0.6, 0, 0.8},
+                         .out = &s->out};
     s->p.kind[SPC_BLOCK_LEAF] = (struct pack_kind){
         .count = N, .normal = s->cone_normal, .cone = s->cone, .families = s->families, .list = s->list,
         .family_count = N};

@@ -34,9 +34,10 @@ static void make_records(bool wide, uint32_t count, uint8_t *records)
     }
 }
 
-static int plain_bin(const struct plain_face *f)
+/* Of the shortest edge, or the longest. */
+static int plain_bin(const struct plain_face *f, bool longest)
 {
-    double shortest = HUGE_VAL;
+    double shortest = HUGE_VAL, most = 0;
     int exponent = 0;
     for (int k = 0; k < 3; k++) {
         double square = 0;
@@ -44,8 +45,9 @@ static int plain_bin(const struct plain_face *f)
             square += (f->corner[(k + 1) % 3][a] - f->corner[k][a]) * (f->corner[(k + 1) % 3][a] - f->corner[k][a]);
         if (square > 0 && square < shortest)
             shortest = square;
+        most = fmax(most, square);
     }
-    frexp(shortest, &exponent);
+    frexp(longest ? most : shortest, &exponent);
     return shortest < HUGE_VAL ? exponent + SPB_EDGE_BINS - 64 : -1;
 }
 
@@ -62,7 +64,7 @@ static void compare(bool wide, uint32_t count)
     const struct spb_record_format format = spb_record_format(wide, false);
     struct spb_space space;
     struct spb_measures m;
-    int16_t bins[MOST];
+    struct spb_bins bins[MOST];
     double volume = 0, min[3] = {9, 9, 9}, max[3] = {0, 0, 0};
     spb_space_init(&space, (const double[3]){5, 5, 5}, (const double[3]){6, 6, 6});
     make_records(wide, count, records);
@@ -70,7 +72,8 @@ static void compare(bool wide, uint32_t count)
     for (uint32_t i = 0; i < count; i++) {
         struct plain_face face;
         plain_record_load(&format, &space, records + i * format.bytes, &face);
-        ck_assert_int_eq(bins[i], plain_bin(&face));
+        ck_assert_int_eq(bins[i].edge, plain_bin(&face, false));
+        ck_assert_int_eq(bins[i].size, plain_bin(&face, true));
         volume += plain_volume(&face);
         for (int k = 0; k < 9; k++) {
             const double x = face.corner[k / 3][k % 3] * ldexp(1, space.unit_exp) + space.origin[k % 3];
@@ -94,23 +97,29 @@ START_TEST(batches_measure_what_faces_do)
 }
 END_TEST
 
-START_TEST(the_short_edge_is_the_tenth_percentile)
+START_TEST(the_short_edge_is_the_tenth_percentile_and_sizes_are_counted)
 {
     struct spb_survey *s = malloc(sizeof *s);
     const struct spb_measures none = {{0}, {0}, 0};
     const int one = SPB_EDGE_BINS - 64 + 1;         /* squares in [1, 2) */
-    int16_t bins[100];
+    struct spb_bins bins[100];
     spb_survey_init(s);
     ck_assert_double_eq(spb_survey_short_edge(s), 0);
     for (int i = 0; i < 100; i++)
-        bins[i] = (int16_t)(i < 10 ? one - 40 : i < 60 ? one - 4 : one);
+        bins[i] = (struct spb_bins){(int16_t)(i < 10 ? one - 40 : i < 60 ? one - 4 : one),
+                                    (int16_t)(i < 20 ? one - 20 : one + 1)};
     spb_survey_add(s, &none, bins, 100);
     ck_assert_double_eq(spb_survey_short_edge(s), 0.25);
+    ck_assert_uint_eq(spb_survey_smaller(s, -10), 0);       /* sizes in [2^-10, 2^-9.5) */
+    ck_assert_uint_eq(spb_survey_smaller(s, -9), 20);
+    ck_assert_uint_eq(spb_survey_smaller(s, 0), 20);
+    ck_assert_uint_eq(spb_survey_smaller(s, 1), 100);
     for (int i = 90; i < 100; i++)
-        bins[i] = -1;                               /* no edges: not counted */
+        bins[i] = (struct spb_bins){-1, -1};        /* no edges: not counted */
     spb_survey_init(s);
     spb_survey_add(s, &none, bins, 100);
     ck_assert_double_eq(spb_survey_short_edge(s), 0x1p-20);
+    ck_assert_uint_eq(spb_survey_smaller(s, 1), 90);
     free(s);
 }
 END_TEST
@@ -118,5 +127,5 @@ END_TEST
 int main(void)
 {
     return SUITE("survey", NULL, NULL, batches_measure_what_faces_do,
-                 the_short_edge_is_the_tenth_percentile);
+                 the_short_edge_is_the_tenth_percentile_and_sizes_are_counted);
 }
