@@ -246,7 +246,7 @@ static void expect_scale(const struct spc_reader *plain, int exponent, bool wide
 
 START_TEST(scaled_by_any_power_of_two_codes_and_pictures_are_the_same)
 {
-    static const int narrow[] = {-100, -99, -64, -31, -7, -1, 1, 13, 52, 77, 99, 100};
+    static const int narrow[] = {-129, -100, -99, -64, -31, -7, -1, 1, 13, 52, 77, 99, 100};
     static const int wide[] = {-1005, -600, -300, -128, 127, 300, 512, 998};
     struct case_mesh m = scaled(0, false);
     struct spc_reader *plain = build_named(&m, "a");
@@ -286,6 +286,49 @@ START_TEST(scans_too_large_to_measure_are_refused)
     m.xyz[0][0] = DBL_MAX;
     m.xyz[1][0] = -DBL_MAX;
     expect_refused(&m, "span more than a double can measure");
+    case_mesh_free(&m);
+}
+END_TEST
+
+/*
+ * Of coordinates that are no normal numbers any more. A float's are, as doubles, down to its last; below
+ * that they must be refused, not become a point.
+ */
+START_TEST(scans_too_small_to_measure_are_refused)
+{
+    static const int exponents[] = {-1015, -1021, -1030, -1050, -1070};
+    for (int i = 0; i < 5; i++) {
+        struct case_mesh m = case_sphere(700, 3);
+        m.wide = true;
+        case_transform(&m, ldexp(1, exponents[i]), (double[3]){0, 0, 0});
+        expect_refused(&m, "--scale");
+        case_mesh_free(&m);
+    }
+    struct case_mesh m = case_sphere(700, 3);       /* a stray vertex that no face uses does not help */
+    m.wide = true;
+    case_transform(&m, 0x1p-1030, (double[3]){0, 0, 0});
+    m.xyz = realloc(m.xyz, (m.vertex_count + 1) * sizeof *m.xyz);
+    ck_assert_ptr_nonnull(m.xyz);
+    for (int a = 0; a < 3; a++)
+        m.xyz[m.vertex_count][a] = 1;
+    m.vertex_count++;
+    expect_refused(&m, "--scale");
+    case_mesh_free(&m);
+}
+END_TEST
+
+/* The smallest that are not refused are coarse, but not a point: what they lose is counted. */
+START_TEST(scans_just_large_enough_to_measure_tell_what_they_lose)
+{
+    struct case_mesh m = case_sphere(700, 3);
+    m.wide = true;
+    case_transform(&m, 0x1p-1014, (double[3]){0, 0, 0});        /* 2^10 steps across */
+    const struct spb_build_options o = case_options(case_write(&m, "a.ply"), case_path("a.spc"));
+    struct spb_build_report report;
+    struct spc_error err = {0};
+    ck_assert_int_eq(spb_build(&o, &report, NULL, &err), SPC_OK);
+    ck_assert_uint_eq(report.shapes.moved, 0);
+    ck_assert_int_eq(report.header.vertex_exp, -1022);
     case_mesh_free(&m);
 }
 END_TEST
@@ -829,6 +872,8 @@ int main(void)
     return SUITE("extremes", start, finish,
                  scaled_by_any_power_of_two_codes_and_pictures_are_the_same,
                  scans_too_large_to_measure_are_refused,
+                 scans_too_small_to_measure_are_refused,
+                 scans_just_large_enough_to_measure_tell_what_they_lose,
                  moved_far_from_the_origin_scans_look_as_they_are,
                  detail_of_a_billionth_is_seen_from_both_ends,
                  needles_of_aspect_1e8_are_seen_from_close_by,
