@@ -284,6 +284,23 @@ START_TEST(archives_built_anew_keep_all)
 }
 END_TEST
 
+/* Disks of points, as small as these are near each other. */
+START_TEST(points_have_detail_too)
+{
+    struct case_mesh m = inset(250, 1e-5, BESIDE);
+    struct spc_reader *r;
+    m.face_count = 0;
+    const struct spb_build_report report = build(&m, SPB_DETAIL_AUTO, "a.spc");
+    ck_assert_int_gt(report.coarse_exp, report.header.vertex_exp);
+    ck_assert_uint_eq(report.shapes.moved, 0);
+    ck_assert_int_eq(spc_reader_open(case_path("a.spc"), &r, NULL), SPC_OK);
+    case_verify(r);
+    spc_reader_close(r);
+    ck_assert_uint_gt(build(&m, 1e9, "b.spc").shapes.moved, 90);
+    case_mesh_free(&m);
+}
+END_TEST
+
 static void expect_same(const struct spb_build_options *o, const char *other, const char *what)
 {
     struct spb_build_report report;
@@ -357,6 +374,7 @@ int main(void)
                  insets_in_an_inset_keep_their_shape, what_loses_its_shape_is_counted_and_can_be_kept,
                  areas_that_the_lattice_takes_are_counted, what_no_lattice_holds_is_told_and_strict_refuses_it,
                  the_count_is_that_of_the_faces_that_moved,
-                 archives_built_anew_keep_all, parts_threads_and_disk_leave_no_trace, scale_changes_no_code,
+                 archives_built_anew_keep_all, points_have_detail_too,
+                 parts_threads_and_disk_leave_no_trace, scale_changes_no_code,
                  a_few_tiny_triangles_everywhere_change_nothing);
 }

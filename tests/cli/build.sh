@@ -97,6 +97,33 @@ expect 1 "spc-build: '.*bad.ply': 1 faces cannot be used.*; without --strict the
 one_line
 absent "$folder/d.spc"
 
+# what loses its shape is told, with the remedy; it stays told; --strict refuses
+"$tools/gen-scan" --triangles 3000 --format ascii -o "$folder/plain.ply" 2>/dev/null
+awk -v tiny=5 '
+    /^element vertex/ { $3 = (vertices = $3) + 3 * tiny }
+    /^element face/ { $3 += tiny; rows = -1 }
+    body && ++rows == vertices + 1 { for (i = 0; i < tiny; i++) print "0.5 " i / 10 " 0.7\n0.50001 " i / 10 " 0.7\n0.5 " i / 10 " 0.70001" }
+    { print }
+    /^end_header/ { body = 1; rows = 0 }
+    END { for (i = 0; i < tiny; i++) print 3, vertices + 3 * i, vertices + 3 * i + 1, vertices + 3 * i + 2 }
+' "$folder/plain.ply" >"$folder/fine.ply"
+expect 0 ".*fine.ply': warning: 5 triangles of 1.4e-05 to 1.4e-05 across lost their shape: vertices are moved by up to .*; --detail 1.4e-05 keeps them" \
+    "$tools/spc-build" --json "$folder/fine.ply" -o "$folder/fine.spc"
+grep -q '"lost_shape": 5' "$folder/out" || fail "--json does not count shapes"
+"$tools/spc-info" "$folder/fine.spc" | grep -q '^changed *5 of 1.4e-05 to 1.4e-05 across lost their shape' ||
+    fail "spc-info says nothing of shapes: $("$tools/spc-info" "$folder/fine.spc")"
+quiet "$tools/spc-build" --codec raw "$folder/fine.spc" -o "$folder/finer.spc"
+"$tools/spc-info" --json "$folder/finer.spc" | grep -q '"lost_shape": 5' || fail "an archive built anew forgets"
+expect 1 "spc-build: '.*fine.ply': 5 triangles of .* across would lose their shape; --detail 1.4e-05 keeps them" \
+    "$tools/spc-build" --strict "$folder/fine.ply" -o "$folder/shape.spc"
+one_line
+absent "$folder/shape.spc"
+expect 0 '' "$tools/spc-build" --strict --detail 1.4e-05 "$folder/fine.ply" -o "$folder/shape.spc"
+grep -q warning "$folder/err" && fail "--detail keeps nothing"
+"$tools/spc-info" "$folder/shape.spc" | grep -q 'where no detail is fine' || fail "spc-info knows one lattice"
+"$tools/spc-info" --json "$folder/shape.spc" | grep -q '"detail": 1.4' || fail "the metadata lacks the option"
+expect 2 ".*--detail takes a length of 0 or more, not '-1'.*" "$tools/spc-build" --detail -1 "$folder/fine.ply" -o "$folder/x.spc"
+
 # the contract's keys
 expect 0 '' "$tools/spc-info" --json "$folder/a.spc"
 for key in faces_in split_extra points_in leaves nodes clusters blocks triangles vertices height \
