@@ -1,6 +1,7 @@
 #include "bench_trade.h"
 
 #include "meta.h"
+#include "whole_file.h"
 
 #include <errno.h>
 #include <math.h>
@@ -66,28 +67,33 @@ int bench_report_begin(const struct bench_options *o, bool *made)
 
 void bench_report_undo(const struct bench_options *o)
 {
-    (void)rmdir(o->out);            /* not when there is something in it after all */
+    for (size_t i = 0; i < FILE_COUNT; i++) {
+        char *path = in_folder(o, FILES[i]);
+        if (path != NULL)
+            (void)unlink(path);     /* some were written before another failed */
+        free(path);
+    }
+    (void)rmdir(o->out);            /* not when there is something else in it */
 }
 
 /* Writes a file of the folder by fn. Returns the exit code, a fault is told. */
 static int write_file(const struct bench_result *r, const char *name,
                       void (*fn)(const struct bench_result *r, FILE *out))
 {
+    struct spc_error err = {0};
+    struct spv_whole_file file;
     char *path = in_folder(r->options, name);
-    FILE *out = path != NULL ? fopen(path, "w") : NULL;
-    int code = EXIT_DONE;
     if (path == NULL)
         return fault(r->options->out, SPC_NO_MEMORY, 0, "no memory for a name", NULL);
-    if (out == NULL) {
-        code = fault(path, SPC_IO, errno, "cannot create it", NULL);
-    } else {
-        fn(r, out);
-        const bool bad = ferror(out) != 0;
-        if (fclose(out) != 0 || bad)
-            code = fault(path, SPC_IO, errno, "cannot write it", NULL);
+    enum spc_status status = spv_whole_begin(&file, path, "it", &err);
+    if (status == SPC_OK) {
+        fn(r, file.out);
+        status = spv_whole_end(&file, SPC_OK, "it", &err);
     }
+    if (status != SPC_OK)
+        cli_error(path, &err, cli_disk_remedy(&err, "room is needed there"));
     free(path);
-    return code;
+    return status == SPC_OK ? EXIT_DONE : EXIT_FAILED;
 }
 
 /* ---- CSV ---------------------------------------------------------------------------------------- */

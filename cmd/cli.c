@@ -72,6 +72,7 @@ void cli_init(const char *tool)
     action.sa_sigaction = on_unreadable;
     sigemptyset(&action.sa_mask);
     sigaction(SIGBUS, &action, NULL);
+    signal(SIGXFSZ, SIG_IGN);       /* the write fails instead */
 }
 
 bool cli_unreadable(void)
@@ -222,6 +223,28 @@ bool cli_same_file(const char *a, const char *b)
     return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
 }
 
+/* The folder that a name is in. */
+static bool folder_of(const char *path, size_t name, struct stat *out)
+{
+    char *folder = name > 0 ? strndup(path, name) : strdup(".");
+    const bool there = folder != NULL && stat(folder, out) == 0;
+    free(folder);
+    return there;
+}
+
+bool cli_same_output(const char *a, const char *b)
+{
+    struct stat x, y;
+    const bool a_there = stat(a, &x) == 0, b_there = stat(b, &y) == 0;
+    const char *a_slash = strrchr(a, '/'), *b_slash = strrchr(b, '/');
+    const size_t a_name = a_slash != NULL ? (size_t)(a_slash + 1 - a) : 0;
+    const size_t b_name = b_slash != NULL ? (size_t)(b_slash + 1 - b) : 0;
+    if (a_there && b_there)
+        return S_ISREG(x.st_mode) && cli_same_file(a, b);
+    return !a_there && !b_there && strcmp(a + a_name, b + b_name) == 0 && folder_of(a, a_name, &x) &&
+           folder_of(b, b_name, &y) && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+}
+
 bool cli_size(const char *text, uint64_t *bytes)
 {
     static const char units[] = "KMGT";
@@ -312,7 +335,6 @@ void cli_catch_signals(void)
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)   /* nohup and & have some ignored */
         if (sigaction(numbers[i], NULL, &before) == 0 && before.sa_handler != SIG_IGN)
             sigaction(numbers[i], &action, NULL);
-    signal(SIGXFSZ, SIG_IGN);       /* the write fails instead */
 }
 
 double cli_seconds(void)

@@ -58,6 +58,9 @@ bool cli_doubles(const char *text, double *out, int count); /* X,Y,Z */
 /* Both are there, and the same file, by whatever names. */
 bool cli_same_file(const char *a, const char *b);
 
+/* What is written to the one is lost in the other: one file, there or not yet. Devices take both. */
+bool cli_same_output(const char *a, const char *b);
+
 /* ---- words ------------------------------------------------------------------------------------- */
 
 /* Sizes with a unit (1024), counts with groups of three. Buffers of CLI_TEXT bytes. */

@@ -9,7 +9,9 @@
 #include "count.h"
 #include "png_file.h"
 #include "scene.h"
+#include "whole_file.h"
 
+#include <errno.h>
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
@@ -53,11 +55,19 @@ static enum spc_status add_stats(struct session *s, const struct spv_view *view,
 /* One picture: its object; several: an object with their list. */
 static enum spc_status write_stats(const struct session *s, struct spc_error *err)
 {
+    static const char what[] = "the statistics";
     const bool one = s->o.frames == 0 && !s->o.six_views;
+    struct spv_whole_file file;
+    enum spc_status status = spv_whole_begin(&file, s->o.stats, what, err);
+    if (status != SPC_OK)
+        return status;
     json_t *out = one ? json_incref(json_array_get(s->stats, 0)) : json_pack("{s:O}", "pictures", s->stats);
-    const int failed = out == NULL || json_dump_file(out, s->o.stats, JSON_INDENT(2)) != 0;
+    if (out == NULL)
+        status = spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for %s", what);
+    else if (json_dumpf(out, file.out, JSON_INDENT(2)) != 0)
+        status = spc_fail_os(err, errno != 0 ? errno : EIO, "cannot write %s", what);
     json_decref(out);
-    return failed ? spc_fail(err, SPC_IO, SPC_NO_OFF, "cannot write the statistics") : SPC_OK;
+    return spv_whole_end(&file, status, what, err);
 }
 
 /* ---- a picture ---------------------------------------------------------------------------------- */
@@ -174,6 +184,8 @@ static int render_frames(struct session *s)
             code = failed(s->o.archive, &err);
         } else if (cli_same_file(s->o.archive, name)) {
             code = cli_usage("the archive itself cannot be written to: '%s'", name);
+        } else if (s->o.stats != NULL && cli_same_output(s->o.stats, name)) {
+            code = cli_usage("a picture and --stats are the same file: '%s'", name);
         } else {
             code = render_one(s, &p, name);
         }

@@ -89,6 +89,8 @@ static int check_options(const struct render_options *o)
         return cli_usage("no picture is named (-o OUT.png)");
     if (cli_same_file(o->archive, o->out) || (o->stats != NULL && cli_same_file(o->archive, o->stats)))
         return cli_usage("the archive itself cannot be written to");
+    if (o->stats != NULL && o->frames == 0 && cli_same_output(o->stats, o->out))
+        return cli_usage("the picture and --stats are the same file: '%s'", o->stats);
     if (o->has_turn && o->frames == 0)
         return cli_usage("--turn needs --frames");
     if (o->frames > 0 && o->six_views)

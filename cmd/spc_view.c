@@ -86,6 +86,8 @@ static int check_options(const struct view_options *o)
         return cli_usage("--offscreen needs --script or --screenshot");
     if (o->script != NULL && strcmp(o->script, "-") == 0)
         return cli_usage("--script takes a file");
+    if (o->stats != NULL && o->screenshot != NULL && cli_same_output(o->stats, o->screenshot))
+        return cli_usage("--screenshot and --stats are the same file: '%s'", o->stats);
     for (int i = 0; i < o->file_count; i++)
         if ((o->stats != NULL && cli_same_file(o->files[i], o->stats)) ||
             (o->screenshot != NULL && cli_same_file(o->files[i], o->screenshot)))

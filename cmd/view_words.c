@@ -22,13 +22,10 @@ void view_say(struct view *v, const char *fmt, ...)
 void view_tell(struct view *v, const char *file, const struct spc_error *err)
 {
     const char *base = file != NULL ? strrchr(file, '/') : NULL;
-    char reason[160] = "";
-    if (err->os_errno != 0)
-        snprintf(reason, sizeof reason, ": %s", strerror(err->os_errno));
     if (file != NULL)
-        snprintf(v->message, sizeof v->message, "'%s': %s%s", base != NULL ? base + 1 : file, err->what, reason);
+        snprintf(v->message, sizeof v->message, "'%s': %s", base != NULL ? base + 1 : file, err->what);
     else
-        snprintf(v->message, sizeof v->message, "%s%s", err->what, reason);
+        snprintf(v->message, sizeof v->message, "%s", err->what);
     v->changed = true;
 }
 

@@ -5,7 +5,7 @@
 #include "spc.h"
 
 /*
- * Writes rgba[height][width][4] to path, replacing it; on failure a partial file is removed.
+ * Writes rgba[height][width][4] to path, replacing it once it is whole; on failure what was there stays.
  * in     alpha  false: written as RGB
  * fails  SPC_IO, SPC_NO_MEMORY
  */

@@ -159,6 +159,17 @@ refuses 3 "spc-bench: 'scan.ply': the file does not begin like.*" "$bench" scan.
 refuses 1 "spc-bench: 'none.spc': cannot open.*" "$bench" none.spc --out x
 refuses 1 "spc-bench: 'a.spc': is no folder; .*" "$bench" a.spc --out a.spc
 refuses 1 "spc-bench: 'no/x': cannot make the folder.*" "$bench" a.spc --out no/x
+# no half trade: a new folder goes again, an old trade stays
+for folder_of in new old; do
+    [ $folder_of = new ] || { mkdir old; echo mine >old/trade.json; }
+    got=0
+    # shellcheck disable=SC2086
+    (ulimit -f 4; exec "$bench" a.spc --out $folder_of --force $few --view front) >out 2>err || got=$?
+    [ $got -eq 1 ] && grep -q "^spc-bench: '$folder_of/trade.*': cannot write it: File too large" err ||
+        fail "a file that may not grow gives exit $got: $(cat err)"
+done
+[ ! -e new ] || fail "this is left of a trade: $(ls new)"
+[ "$(cat old/trade.json)" = mine ] || fail "the old trade is lost"
 # without gnuplot all but the plots is there
 mkdir bin
 # shellcheck disable=SC2086

@@ -74,6 +74,25 @@ if [ -e /dev/full ]; then # through a link: were it removed, the device would st
     expect 1 ".*cannot write the picture.*No space.*" "$tools/spc-render" "$folder/a.spc" -o "$folder/full.png" --size 300x300
     [ -h "$folder/full.png" ] || fail "what is no plain file was removed"
 fi
+# a file has its name once it is whole: where there is no room for it what was there stays, and nothing beside it
+mkdir "$folder/whole"
+cp "$folder/a.spc" "$folder/whole/there.png"
+ln -s there.png "$folder/whole/link.png"
+for name in there.png link.png new.png; do
+    got=0
+    (ulimit -f 16; exec "$tools/spc-render" "$folder/a.spc" -o "$folder/whole/$name" --size 600x600) 2>"$folder/err" || got=$?
+    [ $got -eq 1 ] || fail "a file that may not grow gives exit $got"
+    grep -q "cannot write the picture: File too large$" "$folder/err" || fail "it says $(cat "$folder/err")"
+    cmp -s "$folder/a.spc" "$folder/whole/there.png" || fail "the old picture is lost"
+done
+[ "$(ls -A "$folder/whole" | tr '\n' ' ')" = "link.png there.png " ] || fail "this is left: $(ls -A "$folder/whole")"
+chmod 640 "$folder/whole/there.png"
+expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/whole/link.png" --size 9x9 --stats "$folder/whole/s.json"
+[ "$(png_size "$folder/whole/there.png")" = 9x9 ] && [ -h "$folder/whole/link.png" ] || fail "a link was not followed"
+ls -l "$folder/whole/there.png" | grep -q '^-rw-r-----' || fail "the file's rights are others now"
+[ "$(ls -A "$folder/whole" | tr '\n' ' ')" = "link.png s.json there.png " ] || fail "this is left: $(ls -A "$folder/whole")"
+expect 1 ".*/no/s.json': cannot create the statistics: No such file or directory" \
+    "$tools/spc-render" "$folder/a.spc" -o "$folder/b.png" --size 9x9 --stats "$folder/no/s.json"
 mkfifo "$folder/pipe.png" # its reader goes away before the picture is written
 (exec 3<"$folder/pipe.png"; head -c 8 <&3 >/dev/null) &
 got=0
@@ -88,6 +107,12 @@ ln -s same.spc "$folder/same.png"
 expect 2 '.*the archive itself.*' "$tools/spc-render" "$folder/same.spc" -o "$folder/same.png"
 expect 2 '.*the archive itself.*' "$tools/spc-render" "$folder/same.spc" -o "$folder/e.png" --stats "$folder/same.spc"
 cmp -s "$folder/a.spc" "$folder/same.spc" || fail "the archive was overwritten"
+for stats in "$folder/e.png" "$folder/./e.png" "$folder/../${folder##*/}/e.png"; do
+    expect 2 '.*are the same file.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --stats "$stats"
+done
+expect 2 '.*are the same file.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --frames 2 --size 9x9 \
+    --stats "$folder/e0001.png"
+expect 0 '' "$tools/spc-render" "$folder/a.spc" -o /dev/null --stats /dev/null --size 9x9
 expect 2 '.*--eps takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --eps 0
 expect 2 '.*--size takes.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --size 0x5
 expect 2 '.*--renderer does not know.*' "$tools/spc-render" "$folder/a.spc" -o "$folder/e.png" --renderer none
