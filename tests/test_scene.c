@@ -210,6 +210,29 @@ START_TEST(archives_share_the_budget)
 }
 END_TEST
 
+/* By its share of nodes it would have less than a block: that would never be loaded, however much is free. */
+START_TEST(a_small_archive_beside_a_large_one_is_loaded)
+{
+    const char *const paths[2] = {archive(40000, "a.spc"), archive(60, "b.spc")};
+    const struct spv_draw_options all = {.ambient = 0.2f, .no_occlusion = true};
+    const struct spv_view view = view_from(1, 100);
+    for (int first = 0; first < 2; first++) {
+        struct spv_scene *scene = scene_of(1000000);
+        struct spv_scene_stats stats = {.blocks_missing = 1};
+        ck_assert_int_eq(spv_scene_open(scene, paths[first], NULL), SPC_OK);
+        ck_assert_int_eq(spv_scene_open(scene, paths[1 - first], NULL), SPC_OK);
+        for (int k = 0; k < FRAMES_MAX && stats.blocks_missing > 0; k++) {
+            ck_assert_int_eq(spv_scene_frame(scene, &view, NULL, &all, picture, &stats, NULL), SPC_OK);
+            while (spv_scene_wait(scene))
+                ;
+        }
+        ck_assert_uint_eq(stats.blocks_missing, 0);
+        ck_assert_uint_le(stats.bytes_resident, 1000000);
+        spv_scene_free(scene);
+    }
+}
+END_TEST
+
 START_TEST(so_many_archives_and_no_more)
 {
     const char *path = archive(300, "a.spc");
@@ -292,6 +315,7 @@ int main(void)
     return SUITE("scene", start, finish, frames_become_the_picture_that_is_drawn_at_once,
                  what_was_loaded_is_drawn_in_the_first_frame, another_back_end_draws_the_same,
                  an_archive_that_cannot_be_opened_changes_nothing, archives_share_the_budget,
-                 so_many_archives_and_no_more, a_damaged_block_is_told_of_until_it_is_mended,
+                 a_small_archive_beside_a_large_one_is_loaded, so_many_archives_and_no_more,
+                 a_damaged_block_is_told_of_until_it_is_mended,
                  an_empty_scene_has_nothing_to_wait_for);
 }

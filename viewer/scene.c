@@ -13,6 +13,7 @@ struct archive {
     char *path;
     struct spc_reader *reader;
     struct spv_resident *resident;
+    uint64_t bytes;                             /* of all its blocks, decoded */
     struct spv_selection selection, ahead;
     struct spv_resident_frame *frame;           /* of this picture */
 };
@@ -49,23 +50,46 @@ static void close_archive(struct archive *a)
     free(a);
 }
 
-/* All archives share the budget; each gets what its size is of all. */
-static uint64_t share(const struct spv_scene *s, const struct spc_reader *reader)
+static uint64_t decoded_bytes(const struct spc_reader *reader)
 {
-    uint64_t all = spc_reader_header(reader)->node_count;
-    for (uint32_t i = 0; i < s->count; i++)
-        all += s->archives[i]->reader == reader ? 0 : spc_reader_header(s->archives[i]->reader)->node_count;
-    const double part = (double)spc_reader_header(reader)->node_count / (double)all;
-    return (uint64_t)((double)s->options.budget * part);
+    uint64_t bytes = 0;
+    for (uint32_t i = 0; i < spc_reader_header(reader)->block_count; i++) {
+        struct spc_block b;
+        spc_reader_block(reader, i, &b);
+        bytes += b.raw_bytes;
+    }
+    return bytes;
 }
 
-static enum spc_status make_resident(const struct spv_scene *s, const struct spc_reader *reader,
-                                     struct spv_draw *draw, struct spv_resident **out, struct spc_error *err)
+/* What an archive has of the budget in any case: a small one beside a large one would else not fit its least block. */
+static uint64_t least_share(const struct spv_scene *s, const struct archive *a)
 {
-    struct spv_resident_options o = {.budget = share(s, reader), .upload_bytes = s->options.upload_bytes,
+    const uint64_t equal = s->options.budget / (2 * (uint64_t)s->count);
+    return a->bytes < equal ? a->bytes : equal;
+}
+
+/* All archives share the budget: half of it evenly, as far as they need that, the rest by what they need beyond. */
+static uint64_t share(const struct spv_scene *s, const struct archive *a)
+{
+    uint64_t rest = s->options.budget;
+    double beyond = 0;
+    for (uint32_t i = 0; i < s->count; i++) {
+        const uint64_t least = least_share(s, s->archives[i]);
+        rest -= least;
+        beyond += (double)(s->archives[i]->bytes - least);
+    }
+    const uint64_t least = least_share(s, a);
+    const double part = beyond > 0 ? (double)(a->bytes - least) / beyond : 1.0 / s->count;
+    return least + (uint64_t)((double)rest * part * (1 - 0x1p-40));     /* all together no more than there is */
+}
+
+static enum spc_status make_resident(const struct spv_scene *s, const struct archive *a, struct spv_draw *draw,
+                                     struct spv_resident **out, struct spc_error *err)
+{
+    struct spv_resident_options o = {.budget = share(s, a), .upload_bytes = s->options.upload_bytes,
                                      .threads = s->options.threads};
     spv_draw_store(draw, &o.store);
-    return spv_resident_create(reader, &o, out, err);
+    return spv_resident_create(a->reader, &o, out, err);
 }
 
 /* Budgets follow from what is open: all are made anew. */
@@ -74,7 +98,7 @@ static enum spc_status make_all(struct spv_scene *s, struct spv_draw *draw, stru
     struct spv_resident *made[SPV_SCENE_ARCHIVES_MAX] = {0};
     enum spc_status status = SPC_OK;
     for (uint32_t i = 0; i < s->count && status == SPC_OK; i++)
-        status = make_resident(s, s->archives[i]->reader, draw, &made[i], err);
+        status = make_resident(s, s->archives[i], draw, &made[i], err);
     for (uint32_t i = 0; i < s->count; i++) {
         struct spv_resident **kept = &s->archives[i]->resident;
         spv_resident_free(status == SPC_OK ? *kept : made[i]);
@@ -97,6 +121,7 @@ enum spc_status spv_scene_open(struct spv_scene *s, const char *path, struct spc
     memcpy(a->path, path, length);
     enum spc_status status = spc_reader_open(path, &a->reader, err);
     if (status == SPC_OK) {
+        a->bytes = decoded_bytes(a->reader);
         s->archives[s->count++] = a;
         status = make_all(s, s->draw, err);
         s->count -= status != SPC_OK;
