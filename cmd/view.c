@@ -13,14 +13,13 @@ static const double PAUSE_S = 0.15;             /* between two moves of one move
 /* How long nothing has to be drawn, s; 0: draw now. */
 static double rest(const struct view *v)
 {
-    const uint32_t loading = v->stats.blocks_missing - v->stats.blocks_hidden;
     if (v->changed || v->moving || !spv_pace_settled(&v->pace))
         return 0;
     if (v->notice[0] != '\0')
         return fmax(0.01, v->notice_until - cli_seconds());
-    if (loading > v->stats.blocks_failed)
+    if (view_loading(v))
         return LOADING_S;
-    return loading > 0 ? RETRY_S : IDLE_S;
+    return v->stats.blocks_failed > 0 ? RETRY_S : IDLE_S;
 }
 
 /* After it was still for a moment: with several samples a pixel. */
@@ -54,7 +53,7 @@ static int run_user(struct view *v)
         if (moved)
             moved_last = now;
         v->moving = spv_control_moving(&v->control) || now - moved_last < PAUSE_S;
-        const bool due = rest(v) == 0 || v->stats.blocks_missing > v->stats.blocks_hidden;
+        const bool due = rest(v) == 0 || view_loading(v) || v->stats.blocks_failed > 0;
         if (due || wants_smooth(v))
             failed = !view_frame(v);        /* there may be room later */
         wait = v->quit || wants_smooth(v) ? 0 : failed ? RETRY_S : rest(v);
@@ -251,6 +250,19 @@ static int open_files(struct view *v)
     return place_camera(v);
 }
 
+/* A user sees it on the picture; else nobody would know that pictures lack something. */
+static int tell_damage(const struct view *v)
+{
+    struct spc_error err = v->damage;
+    if (err.status == SPC_OK && !cli_unreadable())
+        return EXIT_DONE;
+    const bool known = err.status != SPC_OK && v->damaged < spv_scene_count(v->scene);
+    spc_fail(&err, SPC_TRUNCATED, SPC_NO_OFF, "part of it cannot be read");     /* unless it is known better */
+    cli_error(known ? spv_scene_path(v->scene, v->damaged) : v->o.file_count == 1 ? v->o.files[0] : NULL, &err,
+              "what can be read is drawn");
+    return cli_exit_code(err.status);
+}
+
 static int run(struct view *v, const struct spv_script *script)
 {
     int code = open_files(v);
@@ -268,7 +280,7 @@ static int run(struct view *v, const struct spv_script *script)
         code = view_save(v, v->o.screenshot);
     else if (code == EXIT_FAILED && v->message[0] != '\0')
         fprintf(stderr, "spc-view: %s\n", v->message);
-    return code;
+    return code == EXIT_DONE && (script != NULL || v->o.screenshot != NULL) ? tell_damage(v) : code;
 }
 
 int view_session(const struct view_options *o)

@@ -72,6 +72,8 @@ struct view {
     uint8_t *rgba, *samples;        /* [height][width][4], and larger */
     size_t rgba_max, samples_max;
     struct spv_scene_stats stats;   /* of the last frame */
+    struct spc_error damage;        /* of the first block that could not be read, */
+    uint32_t damaged;               /* in this archive */
     char message[VIEW_MESSAGE];     /* in the middle, until escape or another file */
     char notice[VIEW_MESSAGE];      /* below, for a while */
     double notice_until;
@@ -90,6 +92,9 @@ bool view_frame(struct view *v);
 
 /* The same without words, into a file that is no archive of the scene. Returns an exit code. */
 int view_save(struct view *v, const char *path);
+
+/* Something that the picture lacks is on its way, or may be had later. */
+bool view_loading(const struct view *v);
 
 /* Nothing is missing that could be had, and eps is the user's. */
 bool view_settled(const struct view *v);

@@ -121,7 +121,9 @@ static void switch_draw(struct view *v)
 
 static void scale_eps(struct view *v, double factor)
 {
-    const double eps = fmin(fmax(v->pace.finest * factor, EPS_MIN), EPS_MAX);
+    /* An eps beyond these was asked for: a key comes back from there, and goes no further. */
+    const double low = fmin(EPS_MIN, v->pace.finest), high = fmax(EPS_MAX, v->pace.finest);
+    const double eps = fmin(fmax(v->pace.finest * factor, low), high);
     spv_pace_set(&v->pace, eps, v->pace.target);
     view_say(v, "eps %.3g px", eps);
 }
@@ -241,6 +243,10 @@ void view_event(struct view *v, const struct spv_event *event)
     if (event->kind == SPV_EVENT_DROP) {
         v->message[0] = '\0';
         view_open(v, event->path, &err);
+        return;
+    }
+    if (event->kind == SPV_EVENT_PASTE) {
+        paste_camera(v, event->path);
         return;
     }
     if (event->kind == SPV_EVENT_CLOSE)

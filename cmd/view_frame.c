@@ -35,10 +35,21 @@ static struct spv_view view_of(const struct view *v, int samples)
                              .cull = !v->o.picture.no_cull};
 }
 
+/* Blocks that are seen to be missing and can be read. */
+static bool lacks(const struct view *v)
+{
+    return v->stats.blocks_missing - v->stats.blocks_hidden > v->stats.blocks_failed;
+}
+
+/* When nothing came and nothing was asked for, there is no room for more: what is here is needed more. */
+bool view_loading(const struct view *v)
+{
+    return lacks(v) && (v->stats.bytes_read > 0 || spv_scene_busy(v->scene) > 0);
+}
+
 bool view_settled(const struct view *v)
 {
-    const uint32_t loading = v->stats.blocks_missing - v->stats.blocks_hidden;
-    return spv_pace_settled(&v->pace) && loading <= v->stats.blocks_failed;
+    return spv_pace_settled(&v->pace) && !view_loading(v);
 }
 
 /* Into v->rgba, or, on a card, into the back end's own picture (keep false). */
@@ -105,7 +116,7 @@ static void take_times(struct view *v)
         t->first_ms = 1e3 * (now - t->began);
         t->first_bytes = t->bytes;
     }
-    if (t->settled_ms == 0 && anything_drawn(v) && view_settled(v)) {
+    if (t->settled_ms == 0 && anything_drawn(v) && spv_pace_settled(&v->pace) && !lacks(v)) {
         t->settled_ms = 1e3 * (now - t->began);
         t->settled_bytes = t->bytes;
     }
@@ -127,6 +138,8 @@ bool view_frame(struct view *v)
         return false;
     }
     const double seconds = 1e-3 * (v->stats.draw_ms + v->stats.select_ms);
+    if (v->stats.blocks_failed > 0 && v->damage.status == SPC_OK)
+        v->damaged = spv_scene_fault(v->scene, &v->damage);
     spv_pace_next(&v->pace, v->o.nodes > 0 ? (double)v->stats.drawn.nodes_processed : seconds, v->moving);
     show(v, into);
     take_times(v);

@@ -61,15 +61,16 @@ static void line_of_clusters(const struct view *v, char line[LINE])
 {
     const struct spv_scene_stats *s = &v->stats;
     char drawn[CLI_TEXT], all[CLI_TEXT], read[CLI_TEXT], kept[CLI_TEXT];
-    const uint32_t loading = s->blocks_missing - s->blocks_hidden;
+    const uint32_t lacking = s->blocks_missing - s->blocks_hidden;
     int n = snprintf(line, LINE, "clusters %s of %s   left out: %u outside, %u facing away, %u by range, %u hidden",
                      short_count(s->clusters_drawn, drawn), short_count(s->clusters_total, all), s->culled_frustum,
                      s->culled_backface, s->culled_range, s->drawn.clusters_hidden);
     if (n > 0 && n < LINE)
         n += snprintf(line + n, LINE - (size_t)n, "   read %s, %s in memory", cli_bytes_text(v->times.bytes, read),
                       cli_bytes_text(s->bytes_resident, kept));
-    if (loading > 0 && n > 0 && n < LINE)
-        n += snprintf(line + n, LINE - (size_t)n, "   loading %u", loading);
+    if (lacking > s->blocks_failed && n > 0 && n < LINE)
+        n += snprintf(line + n, LINE - (size_t)n, view_loading(v) ? "   loading %u" : "   no room for %u",
+                      lacking - s->blocks_failed);
     if (s->blocks_failed > 0 && n > 0 && n < LINE)
         snprintf(line + n, LINE - (size_t)n, "   %u cannot be read", s->blocks_failed);
 }
@@ -161,7 +162,7 @@ void view_words(struct view *v)
     else if (v->notice[0] != '\0')
         put(&l, spv_panel_message(v->text, &l.canvas, NULL, v->notice));
     const uint32_t loading = v->stats.blocks_missing - v->stats.blocks_hidden;
-    if (v->stats.tops > 0 && loading > v->stats.blocks_failed && !v->help && message == NULL)
+    if (v->stats.tops > 0 && view_loading(v) && !v->help && message == NULL)
         put(&l, spv_panel_progress(v->text, &l.canvas, "loading",
                                    1 - (double)loading / (double)(loading + v->stats.clusters_drawn), true));
 }

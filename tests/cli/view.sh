@@ -169,6 +169,45 @@ for file in "$folder/scan.ply" "$folder/short.spc" "$folder/none.spc" "$folder" 
     [ "$(wc -l <"$folder/said")" -eq 1 ] || fail "$file: it says $(cat "$folder/said")"
 done
 
+# no room for all of it: what is there is drawn, with smooth edges, and then it rests; it says so to a script, too
+begin --eps 0.001 --memory 16M --samples 2 "$folder/b.spc" "$folder/b.spc" "$folder/b.spc" "$folder/b.spc"
+await blocks_missing -gt 0
+await samples -eq 2
+sleep 0.5
+frames=$(last frame)
+sleep 1
+[ "$(last frame)" -le $((frames + 1)) ] || fail "at rest $(($(last frame) - frames)) frames a second are drawn"
+[ "$(last blocks_missing)" -gt "$(last blocks_hidden)" ] || fail "all of it fits into 16 MB"
+user key q
+quits 0
+
+# what the clipboard holds is no camera: that is told
+begin "$folder/a.spc"
+await blocks_missing -eq 0
+timeout 20 "$tools/window_probe" 15 "$folder/own.ppm" >"$folder/log" 2>&1 &
+probe=$!
+other=$(timeout 20 xdotool search --sync --onlyvisible --name '^window_probe$' | head -n 1)
+timeout 20 xdotool windowfocus --sync "$other" key c
+timeout 20 xdotool windowfocus --sync "$window"
+sleep 0.5
+frames=$(last frame)
+user key ctrl+v
+sleep 1
+[ "$(last frame)" -gt "$frames" ] || fail "nothing is said of what is no camera"
+kill $probe
+wait $probe || true
+user key q
+quits 0
+
+# keys of eps go on from one that is beyond their ends
+begin --eps 1000 "$folder/a.spc"
+user key minus
+await eps_px is 1000
+user key plus
+await eps_px is 707.107
+user key q
+quits 0
+
 # a damaged block: the rest is drawn
 cp "$folder/a.spc" "$folder/bad.spc"
 printf '\377\377' | dd of="$folder/bad.spc" bs=1 seek=$(($(wc -c <"$folder/a.spc") - 20000)) conv=notrunc 2>/dev/null

@@ -129,7 +129,13 @@ png covers "$folder/r.png" "$folder/v.png"
 # what is damaged is left out, what is no archive ends it
 cp "$folder/a.spc" "$folder/bad.spc"
 printf '\377\377' | dd of="$folder/bad.spc" bs=1 seek=$(($(wc -c <"$folder/a.spc") - 20000)) conv=notrunc 2>/dev/null
-expect 0 '' view --size 99x99 --screenshot "$folder/v.png" --stats "$folder/v.csv" --eps 0.01 "$folder/bad.spc"
+rm -f "$folder/v.png"
+expect 3 "spc-view: '.*/bad.spc': checksum of block [0-9]+ does not match .*; what can be read is drawn" \
+    view --size 99x99 --screenshot "$folder/v.png" --stats "$folder/v.csv" --eps 0.01 "$folder/bad.spc"
+one_line
+png size 99x99 "$folder/v.png"
+printf 'wait\norbit 0 0 1e9\nwait\n' >"$folder/away.txt"        # and it stays known
+expect 3 ".*/bad.spc': checksum.*" view --size 99x99 --eps 0.01 --script "$folder/away.txt" "$folder/a.spc" "$folder/bad.spc"
 [ "$(column blocks_failed "$folder/v.csv" | tail -n 1)" -gt 0 ] || fail "no block is damaged"
 expect 1 "spc-view: '.*/none.spc': cannot open.*" view --screenshot "$folder/no.png" "$folder/none.spc"
 expect 3 "spc-view: '.*/scan.ply': the file does not begin like.*" view --screenshot "$folder/no.png" "$folder/scan.ply"
