@@ -45,7 +45,7 @@ static double excess(const struct bench_options *o, const struct worst *w)
     if (o->fps > 0)
         worsen(w->ms * o->fps / 1e3, 0, &most, &ignored);
     if (o->error_px > 0)
-        worsen(w->holes == 0 ? w->error / o->error_px : HUGE_VAL, 0, &most, &ignored);
+        worsen(w->holes == 0 ? w->error / o->error_px : 1e9 * w->holes, 0, &most, &ignored);
     if (o->shade > 0)
         worsen(w->shade / o->shade, 0, &most, &ignored);
     return most;

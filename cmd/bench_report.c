@@ -230,15 +230,16 @@ struct bench_mean bench_mean_of(const struct bench_result *r, enum bench_kind ki
 
 /* ---- table -------------------------------------------------------------------------------------- */
 
-/* A figure in width columns, '-' where there is none. */
+/* A figure in width columns with as many digits as fit, '-' where there is none. */
 static void cell(FILE *out, double v, int width, int digits)
 {
-    if (isnan(v))
-        fprintf(out, " %*s", width, "-");
-    else if (isinf(v))
-        fprintf(out, " %*s", width, "equal");
-    else
-        fprintf(out, " %*.*f", width, digits, v);
+    char text[400];                 /* any double with three digits */
+    for (int d = digits; d >= 0; d--)
+        if (snprintf(text, sizeof text, "%.*f", d, v) <= width)
+            break;
+    if (strlen(text) > (size_t)width)
+        snprintf(text, sizeof text, "%.0e", v);
+    fprintf(out, " %*s", width, isnan(v) ? "-" : text);
 }
 
 /* Thousands of a count, with all its digits where it is small. */
@@ -262,21 +263,20 @@ static double ratio_of(const struct bench_result *r, enum bench_kind kind, doubl
 static void put_line(const struct bench_result *r, enum bench_kind kind, double eps, FILE *out)
 {
     const struct bench_mean m = bench_mean_of(r, kind, eps);
-    fprintf(out, "%-13s", BENCH_KIND_NAMES[kind]);
-    if (bench_is_constant(kind))
-        fputs("   any", out);
-    else
-        cell(out, eps, 5, 2);
-    count_cell(out, m.mean[BENCH_NODES_PROCESSED], 9);
-    count_cell(out, m.mean[BENCH_NODES_DRAWN] + m.mean[BENCH_TRIANGLES_DRAWN], 9);
+    char text[CLI_TEXT];
+    for (int digits = 6; digits > 0 && snprintf(text, sizeof text, "%.*g", digits, eps) > 5; digits--)
+        ;
+    fprintf(out, "%-13s %5s", BENCH_KIND_NAMES[kind], bench_is_constant(kind) ? "any" : text);
+    count_cell(out, m.mean[BENCH_NODES_PROCESSED], 7);
+    count_cell(out, m.mean[BENCH_NODES_DRAWN] + m.mean[BENCH_TRIANGLES_DRAWN], 7);
     cell(out, ratio_of(r, kind, eps), 5, 1);
-    cell(out, m.mean[BENCH_BYTES] / (1024 * 1024), 7, 2);
-    cell(out, m.mean[BENCH_FRAME_MS], 7, 1);
-    cell(out, m.max[BENCH_FRAME_MS], 7, 1);
-    cell(out, m.min[BENCH_PSNR], 5, 1);
+    cell(out, m.mean[BENCH_BYTES] / (1024 * 1024), 5, 2);
+    cell(out, m.mean[BENCH_FRAME_MS], 5, 1);
+    cell(out, m.max[BENCH_FRAME_MS], 5, 1);
+    cell(out, m.min[BENCH_PSNR], 4, 1);
     cell(out, m.min[BENCH_SSIM], 5, 3);
-    cell(out, m.sum[BENCH_HOLES], 5, 0);
-    cell(out, m.max[BENCH_ERROR_MAX], 6, 2);
+    cell(out, m.sum[BENCH_HOLES], 4, 0);
+    cell(out, m.max[BENCH_ERROR_MAX], 4, 2);
     fputc('\n', out);
 }
 
@@ -287,11 +287,13 @@ static uint32_t lines_of(const struct bench_result *r, enum bench_kind kind)
 
 static void put_table(const struct bench_result *r, FILE *out)
 {
-    fprintf(out, "%u views of %d x %d, drawn by %s; reference: %s\n", r->view_count, r->options->picture.width,
-            r->options->picture.height, r->renderer, r->own ? "the archive's own triangles" : "the scan");
+    fprintf(out, "%u view%s of %d x %d, compared with %s\ndrawn by %s\n", r->view_count, r->view_count == 1 ? "" : "s",
+            r->options->picture.width, r->options->picture.height, r->own ? "the archive's own triangles" : "the scan",
+            r->renderer);
     fputs("mean over views; * the worst view (holes: of all)\n\n", out);
-    fputs("mode            eps  k nodes    k drawn ratio      MB      ms    *ms *PSNR *SSIM holes *error\n", out);
-    fputs("                 px processed        to exact             frame           dB             px\n", out);
+    static const char heads[] = "%-13s %5s %7s %7s %5s %5s %5s %5s %4s %5s %4s %4s\n";
+    fprintf(out, heads, "mode", "eps", "nodes", "drawn", "to", "MB", "ms", "*ms", "*dB", "*SSIM", "hole", "*off");
+    fprintf(out, heads, "", "px", "k", "k", "exact", "", "frame", "frame", "PSNR", "", "px", "px");
     for (int kind = 0; kind < BENCH_KINDS; kind++)
         for (uint32_t e = 0; r->options->kinds[kind] && e < lines_of(r, (enum bench_kind)kind); e++)
             put_line(r, (enum bench_kind)kind, r->options->eps_px[e], out);

@@ -308,6 +308,11 @@ static enum spc_status open_archive(struct run *r, struct spc_error *err)
     picture_take_up(r->result.reader, p);
     for (int kind = 0; kind < BENCH_KINDS && !(r->header->flags & SPC_FLAG_TRIANGLES); kind++)
         r->o.kinds[kind] = r->o.kinds[kind] && kind != BENCH_TRIANGLES && kind != BENCH_ALL_TRIANGLES;
+    bool any = false;
+    for (int kind = 0; kind < BENCH_KINDS; kind++)
+        any |= r->o.kinds[kind];
+    if (!any)
+        return spc_fail(err, SPC_FEATURE, SPC_NO_OFF, "it holds points only, no triangles");
     return bench_paths_read(r->result.reader, r->paths, err);
 }
 

@@ -151,7 +151,7 @@ struct bench_choice {
     bool met;                       /* else eps_px is what comes nearest; NAN: nothing was measured */
     enum bench_kind kind;
     double eps_px;
-    char text[240];                 /* one line for people */
+    char text[480];                 /* one line for people */
 };
 
 /*

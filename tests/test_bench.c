@@ -93,6 +93,29 @@ START_TEST(both_together_are_kept_or_the_nearest_is_named)
 }
 END_TEST
 
+START_TEST(with_holes_everywhere_that_with_the_fewest_comes_nearest)
+{
+    options.error_px = 100;
+    for (size_t i = 0; i < result.row_count; i++)
+        rows[i].value[BENCH_HOLES] = rows[i].eps_px == 4 ? 2 : 3;
+    expect(false, 4, "4 hole pixels");
+}
+END_TEST
+
+START_TEST(all_that_was_asked_for_is_told_to_its_end)
+{
+    options.fps = 1e300;
+    options.error_px = options.shade = 1e-300;
+    options.eps_px[0] = 0.0012345678;
+    for (size_t i = 0; i < result.row_count; i++)
+        rows[i].eps_px = rows[i].eps_px == 1 ? options.eps_px[0] : rows[i].eps_px;
+    struct bench_choice c;
+    bench_recommend(&result, &c);
+    ck_assert_msg(c.text[strlen(c.text) - 1] == '\'', "it ends in the middle: '%s'", c.text);
+    ck_assert_msg(strstr(c.text, "; shades off by 2.00 of 255 in 'near'") != NULL, "'%s' lacks the shades", c.text);
+}
+END_TEST
+
 START_TEST(what_was_not_measured_is_kept_by_no_eps)
 {
     struct bench_choice c;
@@ -214,7 +237,9 @@ int main(void)
 {
     return SUITE("bench", setup, NULL, speed_takes_the_finest_eps_that_the_slowest_view_keeps,
                  accuracy_takes_the_coarsest_eps_that_the_worst_view_keeps, a_hole_pixel_keeps_no_accuracy,
-                 both_together_are_kept_or_the_nearest_is_named, what_was_not_measured_is_kept_by_no_eps,
+                 both_together_are_kept_or_the_nearest_is_named,
+                 with_holes_everywhere_that_with_the_fewest_comes_nearest, all_that_was_asked_for_is_told_to_its_end,
+                 what_was_not_measured_is_kept_by_no_eps,
                  what_is_drawn_for_a_leaf_is_measured_to_its_triangle, a_path_drawn_twice_counts_with_the_worse_disk,
                  close_ups_look_at_the_nearest_point_of_the_middle);
 }

@@ -24,10 +24,10 @@ expect 0 '' "$bench" a.spc --reference scan.ply --out t $few --eps 1,16,4 --base
     --view inside --view near
 quiet
 cp out table
-[ "$(wc -l <table)" -eq 20 ] || fail "the table has $(wc -l <table) lines"
-wide=$(grep -nE '.{101,}' table || true)
-[ -z "$wide" ] || fail "the table is wider than 100 columns: $wide"
-grep -q 'reference: the scan$' table || fail "the table does not say what the reference is"
+[ "$(wc -l <table)" -eq 21 ] || fail "the table has $(wc -l <table) lines"
+wide=$(grep -nE '.{81,}' table || true)
+[ -z "$wide" ] || fail "the table is wider than 80 columns: $wide"
+grep -q 'compared with the scan$' table || fail "the table does not say what the reference is"
 [ "$(wc -l <t/trade.csv)" -eq $((1 + 4 * 3 * 7)) ] || fail "trade.csv has $(wc -l <t/trade.csv) lines"
 for key in view mode eps_px nodes_processed nodes_tested nodes_drawn triangles_drawn bytes exact_elements exact_bytes \
     processed_ratio bytes_ratio frame_ms frame_ms_min frame_ms_max resident psnr_db ssim shade_mean shade_max overlap \
@@ -177,6 +177,21 @@ expect 0 "spc-bench: 'y': warning: no plots, for there is no gnuplot .*; then ru
     env PATH="$folder/bin" "$bench" a.spc --out y $few --view front --eps 4 --mode hybrid
 [ -s y/plots.gp ] || fail "no script for gnuplot"
 [ ! -e y/error-time.svg ] || fail "a plot without gnuplot"
+
+# any eps keeps its column; of points nothing can be measured with triangles
+# shellcheck disable=SC2086
+expect 0 '' "$bench" a.spc --out z $few --view front --mode points --eps 0.001,1234.5,10000
+wide=$(grep -nE '.{81,}' out || true)
+[ -z "$wide" ] && [ "$(awk '$1 == "points" { print NF, $2 }' out | tr '\n' ' ')" = "12 0.001 12 1234 12 10000 " ] ||
+    fail "the table is $(cat out)"
+grep -q '^1 view of 128 x 96, ' out || fail "one view is $(head -n 1 out)"
+for options in "--out none" "--recommend --fps 1"; do
+    # shellcheck disable=SC2086
+    expect 1 "spc-bench: 'points.spc': it holds points only, no triangles" "$bench" points.spc --reference scan.ply \
+        --mode triangles --baseline all-triangles $few $options
+    one_line
+done
+[ ! -e none ] || fail "an empty trade is left"
 
 # usage
 for options in "" "--out x --eps 0" "--out x --eps 1,1" "--out x --eps 1,,2" "--out x --mode lines" "--out x --view top" \

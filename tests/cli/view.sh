@@ -194,8 +194,9 @@ frames=$(last frame)
 user key ctrl+v
 sleep 1
 [ "$(last frame)" -gt "$frames" ] || fail "nothing is said of what is no camera"
-kill $probe
-wait $probe || true
+timeout 20 xdotool windowfocus --sync "$other" key q
+wait $probe || fail "the probe exits $?"
+timeout 20 xdotool windowfocus --sync "$window"
 user key q
 quits 0
 
