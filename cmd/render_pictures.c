@@ -31,7 +31,8 @@ struct session {
 
 /* ---- statistics --------------------------------------------------------------------------------- */
 
-static enum spc_status add_stats(struct session *s, const struct spv_view *view, double frame_ms,
+/* read: bytes of blocks */
+static enum spc_status add_stats(struct session *s, const struct spv_view *view, double frame_ms, uint64_t read,
                                  struct spc_error *err)
 {
     const struct spv_selection *sel = &s->selection;
@@ -39,13 +40,15 @@ static enum spc_status add_stats(struct session *s, const struct spv_view *view,
     const enum spc_status status = spv_count(spv_scene_reader(s->scene, 0), view, sel, &count, err);
     if (status != SPC_OK)
         return status;
+    if (json_array_size(s->stats) == 0)         /* the head is read once */
+        read += spc_reader_header(spv_scene_reader(s->scene, 0))->head_bytes;
     json_t *one = json_pack(
         "{s:I, s:I, s:I, s:I, s:I, s:{s:I, s:I, s:I, s:I}, s:I, s:f, s:f, s:I, s:s}",
         "nodes_drawn", (json_int_t)count.nodes_drawn, "nodes_processed", (json_int_t)count.nodes_processed,
         "triangles_drawn", (json_int_t)count.triangles_drawn, "clusters_total", (json_int_t)sel->clusters_total,
         "clusters_drawn", (json_int_t)sel->clusters_drawn, "culled", "frustum", (json_int_t)sel->culled_frustum,
         "backface", (json_int_t)sel->culled_backface, "range", (json_int_t)sel->culled_range, "occlusion",
-        (json_int_t)s->drawn.clusters_hidden, "bytes_read", (json_int_t)count.bytes_read, "frame_ms", frame_ms,
+        (json_int_t)s->drawn.clusters_hidden, "bytes_read", (json_int_t)read, "frame_ms", frame_ms,
         "open_ms", s->open_ms, "fallback_splats", (json_int_t)0, "renderer", spv_draw_name(s->draw));
     if (one == NULL || json_array_append_new(s->stats, one) != 0)
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory for the statistics");
@@ -107,6 +110,7 @@ static enum spc_status draw(struct session *s, const struct spv_camera *camera, 
     const struct spv_view view = {.camera = spv_sample_camera(camera, (int)s->o.samples),
                                   .eps = spv_camera_eps(camera, p->eps_px), .mode = p->mode, .cull = !p->no_cull};
     const double began = cli_seconds();
+    uint64_t read = spv_scene_bytes_read(s->scene);
     bool drawn = false;
     enum spc_status status = spv_select(reader, &view, &s->selection, err);
     if (status == SPC_OK && (s->o.frames > 1 || s->o.six_views))
@@ -118,7 +122,8 @@ static enum spc_status draw(struct session *s, const struct spv_camera *camera, 
     spv_sample_average(s->samples, (int)s->o.samples, camera->width, camera->height, rgba);
     put_background(p, rgba, (size_t)camera->width * (size_t)camera->height);
     const double frame_ms = 1e3 * (cli_seconds() - began);
-    return s->stats != NULL ? add_stats(s, &view, frame_ms, err) : SPC_OK;
+    read = spv_scene_bytes_read(s->scene) - read + (drawn ? 0 : s->selection.bytes);
+    return s->stats != NULL ? add_stats(s, &view, frame_ms, read, err) : SPC_OK;
 }
 
 /* ---- which pictures ----------------------------------------------------------------------------- */

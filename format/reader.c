@@ -117,7 +117,7 @@ enum spc_status spc_map_file(const char *path, const uint8_t **bytes, uint64_t *
     enum spc_status status = SPC_OK;
     int fd;
     do
-        fd = open(path, O_RDONLY | O_CLOEXEC);
+        fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);     /* a pipe without a writer is refused, not waited for */
     while (fd < 0 && errno == EINTR);
     if (fd < 0)
         return spc_fail_os(err, errno, "cannot open");

@@ -27,6 +27,7 @@ struct spv_scene {
     struct spv_view last;           /* of the frame before */
     bool has_last;
     uint32_t fault;                 /* archive, or SPV_SCENE_ARCHIVES_MAX */
+    uint64_t bytes_read;            /* of blocks so far, as stored */
 };
 
 static double now_ms(void)
@@ -225,6 +226,7 @@ static void take_frames(struct spv_scene *s, struct spv_scene_stats *stats)
         stats->blocks_missing += a->frame->missing;
         stats->blocks_failed += a->frame->failed;
         stats->bytes_read += a->frame->read_bytes;
+        s->bytes_read += a->frame->read_bytes;
         stats->tops += a->frame->part.top_count;
         spv_resident_error(a->resident, &err);
         if (a->frame->failed > 0 && err.status != SPC_OK)
@@ -308,6 +310,11 @@ enum spc_status spv_scene_load(struct spv_scene *s, const struct spv_view *view,
         if (*missing == 0 || !spv_scene_wait(s))
             return SPC_OK;
     }
+}
+
+uint64_t spv_scene_bytes_read(const struct spv_scene *s)
+{
+    return s->bytes_read;
 }
 
 unsigned spv_scene_busy(const struct spv_scene *s)

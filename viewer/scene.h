@@ -70,6 +70,9 @@ enum spc_status spv_scene_frame(struct spv_scene *scene, const struct spv_view *
 enum spc_status spv_scene_load(struct spv_scene *scene, const struct spv_view *view, uint32_t *missing,
                                struct spc_error *err);
 
+/* Bytes of blocks that frames and loads have read so far, as stored. */
+uint64_t spv_scene_bytes_read(const struct spv_scene *scene);
+
 /* Blocks that are being read. */
 unsigned spv_scene_busy(const struct spv_scene *scene);
 

@@ -57,6 +57,8 @@ case $tools in      # sanitizers need addresses of their own
 esac
 
 # what fails says so in one line
+mkfifo "$folder/pipe.spc"
+expect 3 "spc-render: '.*/pipe.spc': not a regular file" timeout 20 "$tools/spc-render" "$folder/pipe.spc" -o "$folder/d.png"
 expect 1 "spc-render: '.*/none.spc': cannot open.*" "$tools/spc-render" "$folder/none.spc" -o "$folder/d.png"
 expect 3 "spc-render: '.*/scan.ply': the file does not begin like.*" "$tools/spc-render" "$folder/scan.ply" -o "$folder/d.png"
 cp "$folder/a.spc" "$folder/bad.spc"
@@ -142,6 +144,7 @@ if command -v python3 >/dev/null; then
 import json, sys
 pictures = json.load(open(sys.argv[1]))["pictures"]
 assert len(pictures) == 3 and all(p["nodes_processed"] > 0 and "open_ms" in p for p in pictures)
+assert pictures[0]["bytes_read"] > 0 and pictures[1]["bytes_read"] < pictures[0]["bytes_read"] / 2, "read again"
 PY
     expect 0 '' "$tools/spc-render" "$folder/a.spc" -o "$folder/six.png" "$@" --views 6 --stats "$folder/six.json"
     [ "$(png_size "$folder/six.png")" = 270x120 ] || fail "six views are $(png_size "$folder/six.png")"
