@@ -13,7 +13,7 @@ static const double PAUSE_S = 0.15;             /* between two moves of one move
 /* How long nothing has to be drawn, s; 0: draw now. */
 static double rest(const struct view *v)
 {
-    if (v->changed || v->moving || !spv_pace_settled(&v->pace))
+    if (v->changed || v->moving || !view_finest(v))
         return 0;
     if (v->notice[0] != '\0')
         return fmax(0.01, v->notice_until - cli_seconds());
@@ -83,7 +83,7 @@ static bool settle(struct view *v)
             ;
         if (!frame(v))
             return false;
-    } while (!v->quit && (spv_scene_busy(v->scene) > 0 || !spv_pace_settled(&v->pace) || v->moving ||
+    } while (!v->quit && (spv_scene_busy(v->scene) > 0 || !view_finest(v) || v->moving ||
                           (!view_settled(v) && v->stats.bytes_read > 0)));
     return true;
 }

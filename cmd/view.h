@@ -96,7 +96,10 @@ int view_save(struct view *v, const char *path);
 /* Something that the picture lacks is on its way, or may be had later. */
 bool view_loading(const struct view *v);
 
-/* Nothing is missing that could be had, and eps is the user's. */
+/* The last frame was drawn with the user's eps, and the next one will be. */
+bool view_finest(const struct view *v);
+
+/* It is, and nothing is missing that could be had. */
 bool view_settled(const struct view *v);
 
 /* ---- view_act.c ----------------------------------------------------------------------------------- */

@@ -47,9 +47,14 @@ bool view_loading(const struct view *v)
     return lacks(v) && (v->stats.bytes_read > 0 || spv_scene_busy(v->scene) > 0);
 }
 
+bool view_finest(const struct view *v)
+{
+    return spv_pace_settled(&v->pace) && v->drawn_eps <= v->pace.finest;
+}
+
 bool view_settled(const struct view *v)
 {
-    return spv_pace_settled(&v->pace) && !view_loading(v);
+    return view_finest(v) && !view_loading(v);
 }
 
 /* Into v->rgba, or, on a card, into the back end's own picture (keep false). */
@@ -116,7 +121,7 @@ static void take_times(struct view *v)
         t->first_ms = 1e3 * (now - t->began);
         t->first_bytes = t->bytes;
     }
-    if (t->settled_ms == 0 && anything_drawn(v) && spv_pace_settled(&v->pace) && !lacks(v)) {
+    if (t->settled_ms == 0 && anything_drawn(v) && view_finest(v) && !lacks(v)) {
         t->settled_ms = 1e3 * (now - t->began);
         t->settled_bytes = t->bytes;
     }

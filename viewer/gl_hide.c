@@ -213,6 +213,8 @@ enum spc_status spv_gl_draw_clusters(struct gl_frame *f, struct spc_error *err)
         first = count;
     first = first < count ? first : count;
     a->count = 0;
+    for (size_t i = 0; i < count; i++)
+        f->gl->clusters[i].nodes = 0;           /* of this tile */
     if (first < count && !asked_room(f->gl, a, count))
         return spc_fail(err, SPC_NO_MEMORY, SPC_NO_OFF, "no memory to ask what is hidden");
     status = draw_unasked(f, 0, first, err);

@@ -44,7 +44,7 @@ void spv_pace_set(struct spv_pace *pace, double eps_px, double target);
  */
 double spv_pace_next(struct spv_pace *pace, double cost, bool moving);
 
-/* Whether the picture is as fine as it will be: at rest no further frame is needed. */
+/* Whether the next frame's eps is the user's: at rest none after it is needed. */
 bool spv_pace_settled(const struct spv_pace *pace);
 
 #endif

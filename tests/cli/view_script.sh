@@ -115,6 +115,20 @@ cmp -s "$folder/plain.png" "$folder/r.png" || fail "an archive that is open thre
 expect 0 '' "$tools/spc-render" --size 160x120 --background none --samples 3 "$folder/a.spc" -o "$folder/r.png"
 cmp -s "$folder/smooth.png" "$folder/r.png" || fail "spc-render --samples draws another picture"
 
+# a wait ends with eps as it was asked for, drawn, whatever a movement came to; so does a screenshot
+printf 'wait\nturn 90 0 20\nwait\n' >"$folder/turn.txt"
+for samples in 1 2; do
+    expect 0 '' view --size 300x300 --samples $samples --nodes 1000 --stats "$folder/v.csv" --script "$folder/turn.txt" \
+        "$folder/a.spc" "$folder/b.spc"
+    [ "$(column eps_px "$folder/v.csv" | sort -un | tail -n 1)" != 1 ] || fail "no frame of the movement is coarser"
+    [ "$(column eps_px "$folder/v.csv" | tail -n 1)" = 1 ] || fail "it ends with eps $(column eps_px "$folder/v.csv" | tail -n 1)"
+done
+# nodes that OpenGL tests in the tiles of a large picture are counted once each tile
+expect 0 '' view --size 2100x40 --samples 1 --fps 0 --renderer gl --screenshot "$folder/v.png" --stats "$folder/v.csv" \
+    "$folder/a.spc"
+[ "$(column nodes_processed "$folder/v.csv" | tail -n 1)" -le $((2 * $(column nodes_chosen "$folder/v.csv" | tail -n 1))) ] ||
+    fail "in two tiles more is tested than twice what is chosen: $(column nodes_processed "$folder/v.csv" | tail -n 1)"
+
 # memory for a part of what is wanted: coarser, within the budget, without holes
 "$tools/gen-scan" --triangles 700000 --shape statue -o "$folder/scan.ply" 2>/dev/null
 "$tools/spc-build" -q "$folder/scan.ply" -o "$folder/large.spc"
