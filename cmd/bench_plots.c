@@ -73,6 +73,11 @@ void bench_plots_write(const struct bench_result *r, FILE *out)
           "set key outside right top\nset grid lc rgb '#dddddd'\nset border lc rgb '#666666'\n"
           "set autoscale noextend\nset offsets 0, graph 0.08, graph 0.08, 0\nset xrange [0:*]\n"
           "set yrange [0:*]\nset datafile missing 'NaN'\n\n", out);
+    double off = 0;                 /* gnuplot warns of an empty range where all pictures are equal */
+    for (size_t k = 0; k < r->row_count; k++)
+        off = fmax(off, r->rows[k].value[BENCH_SHADE_MEAN]);
+    if (off == 0)
+        fputs("set yrange [0:1]\n\n", out);
     for (int kind = 0; kind < BENCH_KINDS; kind++)
         if (r->options->kinds[kind])
             put_data(r, (enum bench_kind)kind, out);

@@ -109,6 +109,22 @@ static int do_event(struct view *v, const struct spv_event *event)
     return cli_exit_code(status);
 }
 
+/* A camera that a script asks for and does not get would be missed in the pictures only. */
+static int place(struct view *v, const struct spv_step *step)
+{
+    const struct spv_pose *now = &v->control.pose, *asked = &step->pose;
+    struct spc_error err = {0};
+    spv_script_control(step, &v->control);
+    v->changed = true;
+    if (!step->arrives || (memcmp(now->eye, asked->eye, sizeof now->eye) == 0 &&
+                           memcmp(now->target, asked->target, sizeof now->target) == 0))
+        return EXIT_DONE;
+    spc_fail(&err, SPC_INPUT_BAD, SPC_NO_OFF, "line %u: the camera looks along its vertical axis, or nowhere",
+             step->line);
+    cli_error(v->o.script, &err, NULL);
+    return EXIT_FAILED;
+}
+
 /* Returns an exit code. */
 static int do_step(struct view *v, const struct spv_step *step)
 {
@@ -119,6 +135,7 @@ static int do_step(struct view *v, const struct spv_step *step)
     case SPV_STEP_EPS: set_eps(v, step->number[0]); return EXIT_DONE;
     case SPV_STEP_MODE: v->mode = (enum spv_mode)step->number[0]; break;
     case SPV_STEP_SPLAT: v->splat = (enum spv_splat)step->number[0]; break;
+    case SPV_STEP_POSE: return place(v, step);
     case SPV_STEP_SCREENSHOT: return frame(v) ? view_save(v, step->path) : EXIT_FAILED;
     default: spv_script_control(step, &v->control); break;
     }

@@ -96,7 +96,7 @@ static bool single(const struct command *c, const char *text, struct spv_step *s
     case COMMAND_FIT: s->kind = SPV_STEP_FIT; return true;
     case COMMAND_ORBIT: s->kind = SPV_STEP_ORBIT; return true;
     case COMMAND_EPS: s->kind = SPV_STEP_EPS; return true;
-    case COMMAND_EYE: s->kind = SPV_STEP_POSE; pose_of(c, &s->pose); return true;
+    case COMMAND_EYE: s->kind = SPV_STEP_POSE; s->arrives = true; pose_of(c, &s->pose); return true;
     case COMMAND_MODE: s->kind = SPV_STEP_MODE; s->number[0] = c->key; return true;
     case COMMAND_SPLAT: s->kind = SPV_STEP_SPLAT; s->number[0] = c->key; return true;
     case COMMAND_SCREENSHOT: s->kind = SPV_STEP_SCREENSHOT; s->path = text + c->path_off; return true;
@@ -131,6 +131,7 @@ static bool part_of(const struct spv_player *p, const struct command *c, struct 
         return p->part == 0 && p->frame < c->frames;
     case COMMAND_PATH:
         s->kind = SPV_STEP_POSE;
+        s->arrives = p->frame + 1 >= c->frames;
         path_pose(p, c, &s->pose);
         return p->part == 0 && p->frame < c->frames;
     default: return p->part == 0 && p->frame == 0 && single(c, p->script->text, s);

@@ -53,6 +53,7 @@ struct spv_step {
     enum spv_step_kind kind;
     struct spv_event event;
     struct spv_pose pose;           /* fov_deg 0: as it is; up 0: the vertical axis */
+    bool arrives;                   /* a pose where its command ends, not one on the way */
     double number[3];
     const char *path;               /* of the script, until it is freed */
     unsigned line;                  /* counted from 1 */

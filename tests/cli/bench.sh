@@ -193,6 +193,14 @@ for options in "--out none" "--recommend --fps 1"; do
 done
 [ ! -e none ] || fail "an empty trade is left"
 
+# all pictures equal: gnuplot has nothing to warn of
+printf 'ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n' >line.ply
+printf 'element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n' >>line.ply
+"$tools/spc-build" -q line.ply -o line.spc
+# shellcheck disable=SC2086
+expect 0 '' "$bench" line.spc --out l $few --view front --eps 1,4
+quiet
+
 # usage
 for options in "" "--out x --eps 0" "--out x --eps 1,1" "--out x --eps 1,,2" "--out x --mode lines" "--out x --view top" \
     "--out x --baseline no" "--out x --repeat 0" "--recommend" "--out x --fps 30" "--recommend --fps 0" \

@@ -179,6 +179,9 @@ says 1 "line 1: '.*" '\033[31m red'
 says 1 'cannot open.*' "open $folder/none.spc\nscreenshot $folder/no.png"
 says 3 'the file does not begin like.*' "open $folder/scan.ply\nscreenshot $folder/no.png"
 says 1 'an archive that is open cannot be written to' "screenshot $folder/a.spc"
+says 1 'line 2: the camera looks along .*' 'wait\neye 1 2 3 target 1 2 3\nwait'
+says 1 'line 1: the camera looks along .*' 'eye 0 1 0 target 0 0 0'
+says 1 'line 1: the camera looks along .*' 'path 3 eye 0 5 0 target 0 1 0'
 says 1 'cannot create the picture.*' "screenshot $folder/no/no.png"
 expect 2 '.*are the same file.*' view --screenshot "$folder/same" --stats "$folder/./same" "$folder/a.spc"
 expect 1 "spc-view: '.*none.txt': cannot open the script.*" view --script "$folder/none.txt" "$folder/a.spc"
