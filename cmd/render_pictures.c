@@ -181,6 +181,7 @@ static int render_frames(struct session *s)
 {
     int code = EXIT_DONE;
     for (uint32_t k = 0; k < s->o.frames && code == EXIT_DONE; k++) {
+        cli_progress(NULL, "draw pictures", k, s->o.frames);
         struct picture_options p = s->o.picture;
         char *name = frame_name(s->o.out, k + 1);
         p.azimuth += s->o.turn_deg * k / s->o.frames;
@@ -213,6 +214,7 @@ static int render_six(struct session *s)
         return failed(s->o.archive, &err);
     }
     for (int v = 0; v < 6 && code == EXIT_DONE; v++) {
+        cli_progress(NULL, "draw views", (uint64_t)v, 6);
         struct picture_options p = *o;
         struct spv_camera camera;
         p.azimuth += VIEWS[v][0];
@@ -265,11 +267,13 @@ int render(const struct render_options *o)
     struct session s = {.o = *o};
     struct spc_error err = {0};
     int code;
+    cli_progress_begin(CLI_PROGRESS_AUTO, o->archive, 0, 0);
     if (begin(&s, &err) != SPC_OK)
         code = failed(o->archive, &err);
     else
         code = o->six_views ? render_six(&s) : o->frames > 0 ? render_frames(&s)
                                                              : render_one(&s, &s.o.picture, o->out);
+    cli_progress_end();
     if (code == EXIT_DONE && o->stats != NULL && write_stats(&s, &err) != SPC_OK) {
         cli_error(o->stats, &err, NULL);
         code = EXIT_FAILED;

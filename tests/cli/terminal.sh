@@ -31,6 +31,17 @@ for name in terminal dumb pipe quiet narrow; do
     ! sed 1d "$folder/rest" | grep -qv '^  ' || fail "more than the summary: $name: $(cat "$folder/rest")"
 done
 
+# so is that of several pictures
+for term in xterm -; do
+    drawn=$(python3 tests/cli/shared/terminal.py $term "$folder/pipe.spc" "$tools/spc-render" --frames 60 --size 90x90 \
+        "$folder/pipe.spc" -o "$folder/turn.png" 2>&1) || fail "frames: $drawn"
+    case $term$drawn in
+    "xtermprogress: "[1-9]* | "-progress: 0") ;;
+    *) fail "progress of frames: $drawn" ;;
+    esac
+    case $drawn in *[!0-9]) fail "this stays of it: $drawn" ;; esac
+done
+
 # the other tools write no escape sequence at all
 for command in "spc-info" "spc-info --clusters" "spc-info --histogram e" "spc-info --verify" "spc-info --help"; do
     # shellcheck disable=SC2086

@@ -1,7 +1,7 @@
 """
-terminal.py TERM[:COLUMNS] SCAN COMMAND...: runs a command that converts SCAN under a terminal, or with TERM '-'
-into a pipe, and prints what came. Progress is due after a second, so the tool is held for longer than that once it has begun; then
-little work is enough. Prints "progress: N" (lines of it that were drawn) and then what stays on the screen.
+terminal.py TERM[:COLUMNS] SCAN COMMAND...: runs a command that reads SCAN under a terminal, or with TERM '-'
+into a pipe, and prints what came. Progress is due after a second, so the tool is held for longer than that once it has begun;
+then little work is enough. Prints "progress: N" (lines of it that were drawn) and then what stays on the screen.
 """
 import fcntl
 import os
@@ -31,9 +31,13 @@ def start(term, columns, command):
 
 
 def has_open(child, path):
+    """As a file, or in its memory."""
     folder = "/proc/%d/fd" % child
     try:
-        return any(os.path.realpath(os.path.join(folder, name)) == path for name in os.listdir(folder))
+        if any(os.path.realpath(os.path.join(folder, name)) == path for name in os.listdir(folder)):
+            return True
+        with open("/proc/%d/maps" % child) as maps:
+            return any(line.rstrip("\n").endswith(" " + path) for line in maps)
     except OSError:
         return False
 
@@ -104,7 +108,7 @@ def main():
     for drawn in re.findall(r"\r([^\r\n\033]*)\033\[K", text):
         if len(drawn) >= columns:
             sys.exit("progress breaks the line of %d columns: %r" % (columns, drawn))
-    print("progress: %d" % len(re.findall(r"spc-build: [^\r\n]*\d %", text)))
+    print("progress: %d" % len(re.findall(r"spc-[a-z]+: [^\r\n]*\d %", text)))
     print(screen(text).rstrip("\n"))
 
 
