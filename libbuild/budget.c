@@ -14,7 +14,7 @@ enum {
     PACKING_FIXED = 5 << 20,        /* a thread: zstd's tables, its heap with what that loses, its stack */
     TREES_A_JOIN = 5,               /* four children, and the one that is read or kept */
     WAITING_TREES = 36,             /* three siblings a level of a plan of 12 levels */
-    PART_FACES_MIN = 4096,
+    PART_FACES_MIN = 1024,
     PART_FACES_EVEN = 65536,        /* smaller parts are not worth a thread */
     PARTS_A_THREAD = 4,             /* keep the cores busy to the end */
     ARCHIVE_BYTES_A_FACE = 3,

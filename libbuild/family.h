@@ -43,8 +43,31 @@ SPB_INLINE double smallest_of_four(const double v[SPB_CHILDREN_MAX])
     return smaller_of(smaller_of(v[0], v[1]), smaller_of(v[2], v[3]));
 }
 
+/* Two directions that with n make a frame. */
+SPB_INLINE void tangents(const double n[3], double u[3], double v[3])
+{
+    const double axis[3] = {fabs(n[0]) < 0.6 ? 1 : 0, fabs(n[0]) >= 0.6 ? 1 : 0, 0};
+    vec_cross(n, axis, u);
+    vec_scale(u, 1 / vec_length(u), u);
+    vec_cross(n, u, v);
+}
+
 /* reach: largest distance from a point of the disk to the triangles below, proved: see bound.c. */
 void spb_reach_bounds(struct spb_families *f);
+
+/*
+ * Points of the triangles below: of a leaf its corners; of a node some of its children's, and unless all of
+ * these are leaves its reach by them: see samples.c. Centre, radius and child_count are set before.
+ */
+void spb_samples_of_leaf(const double corner[3][3], struct spb_node *leaf);
+enum { SPB_PATCHES = 24 };
+struct spb_patches {                /* of a disk of radius 1 */
+    float x[SPB_PATCHES], y[SPB_PATCHES];       /* a place of each */
+    double corner_x[4][SPB_PATCHES], corner_y[4][SPB_PATCHES];
+};
+void spb_patches_make(struct spb_patches *out);
+void spb_samples_of_node(const struct spb_patches *patches, const struct spb_node *children,
+                         const double normal[3], struct spb_node *node);
 
 /* reach: e_g = min(hypot(e_p, e_t), 2 R) over the children's disks. src [Oka04] eq. 2.1-2.5, [DVS03] 3 */
 void spb_paper_errors(struct spb_families *f);

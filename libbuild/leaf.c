@@ -6,7 +6,7 @@
  * that they become vectors.
  */
 #include "codes.h"
-#include "tree.h"
+#include "family.h"
 
 #include <string.h>
 
@@ -251,6 +251,10 @@ static void store_leaf(const struct batch *b, uint32_t i, struct spb_node *out)
         .link = number, .normal = (uint16_t)b->code[i], .e_self = (uint16_t)b->e_self[i],
     };
     memcpy(out->rgba, b->rgba[i], sizeof out->rgba);
+    double corner[3][3];
+    for (int k = 0; k < 9; k++)
+        corner[k / 3][k % 3] = b->corner[k / 3][k % 3][i];
+    spb_samples_of_leaf(corner, out);
 }
 
 static void make_batch(const struct spb_space *space, struct batch *b, uint32_t n,

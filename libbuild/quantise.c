@@ -122,14 +122,24 @@ static uint16_t larger(uint16_t a, uint16_t b)
     return a > b ? a : b;
 }
 
-/* e_self: bounds both distances between disk and triangles; see bound.c. */
+/*
+ * How large a disk may be is not only a matter of where it is: one over many normals or colours is wrong
+ * all over its area. As much again of the radius as they deviate, from 0.7 to 1.2 of it.
+ */
+static double appearance(const struct spb_node *n, double radius)
+{
+    return radius * smaller_of(1.2, sqrt(8 * (double)n->spread + 0.5));
+}
+
+/* e_self: bounds both distances between disk and triangles (see bound.c), and never less for looks. */
 static uint16_t own_error(const struct pack *p, const struct spb_node *n, double radius,
                           double height, double moved)
 {
     if (p->shared->options.flags & SPC_FLAG_ERROR_PAPER)
         return spb_length_code(n->reach);
     const double reach = smaller_of(n->reach + moved + larger_of(0, radius - n->radius), 2 * radius);
-    return spb_length_code(larger_of(reach, height) * OUTWARD);
+    const double looks = appearance(n, radius);
+    return spb_length_code(larger_of(looks, larger_of(reach, height)) * OUTWARD);
 }
 
 /* Largest e_self of a family, and at least e. */

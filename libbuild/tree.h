@@ -10,7 +10,7 @@
 
 #include "space.h"
 
-enum { SPB_CHILDREN_MAX = 4 };
+enum { SPB_CHILDREN_MAX = 4, SPB_SAMPLES = 16 };
 
 /* Settable when compiling, so that scripts/decisions measures other choices. */
 #ifndef SPB_STEP_BITS
@@ -32,6 +32,8 @@ struct spb_node {
     double reach;                   /* h: no point of the disk is further from the triangles below;
                                        with paper errors: e_g of the thesis */
     double area;                    /* of all triangles below */
+    float sample_step, slack;       /* points of triangles below are center + step * sample, up to slack */
+    float spread;                   /* variance of normals and colours below: see combine.c */
     float box[6];                   /* of all triangles below, rounded outward */
     float cone;                     /* cosine: winding normals below lie that near to the normal */
     uint32_t child_first;           /* children are adjacent, after their parent */
@@ -41,7 +43,9 @@ struct spb_node {
     uint16_t e_self;                /* code; leaf: longest edge; owner: final; else set when packed */
     uint16_t e_below;               /* owner: largest e_self of its cluster's tops */
     uint8_t child_count;            /* 0: leaf */
-    bool owner;                     /* everything below is in closed clusters */
+    bool owner : 1;                 /* everything below is in closed clusters */
+    uint8_t sample_count : 7;
+    int8_t sample[3][SPB_SAMPLES];
     uint8_t rgba[4];
 };
 

@@ -10,6 +10,9 @@
 #define spb_inner_make plain_inner_make
 #define spb_reach_bounds plain_reach_bounds
 #define spb_paper_errors plain_paper_errors
+#define spb_samples_of_leaf plain_samples_of_leaf
+#define spb_samples_of_node plain_samples_of_node
+#define spb_patches_make plain_patches_make
 #define spb_length_code plain_length_code
 #define spb_center_step plain_center_step
 #endif

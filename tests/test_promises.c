@@ -216,9 +216,36 @@ START_TEST(the_paper_error_is_smaller_and_exceeded)
 }
 END_TEST
 
+/* Sum of e_self / R over inner nodes; each has at least what its looks ask for. */
+static double relative_errors(const struct case_mesh *mesh)
+{
+    struct spb_build_options o = case_options(case_write(mesh, "a.ply"), case_path("a.spc"));
+    o.cluster_nodes = 100000;
+    struct forest f = load(&o);
+    double sum = 0;
+    for (uint32_t i = 0; i < f.tree->inner_count; i++) {
+        const double e = (double)spc_len_decode(f.tree->nodes[i].e_self) / f.tree->nodes[i].radius;
+        ck_assert_double_ge(e, sqrt(0.5));
+        sum += e;
+    }
+    unload(&f);
+    return sum;
+}
+
+START_TEST(varied_colours_make_larger_errors)
+{
+    struct case_mesh mesh = case_sheet(2000, 2);
+    const double plain = relative_errors(&mesh);
+    case_color(&mesh);
+    const double coloured = relative_errors(&mesh);
+    ck_assert_double_gt(coloured, 1.005 * plain);
+    case_mesh_free(&mesh);
+}
+END_TEST
+
 int main(void)
 {
     return SUITE("promises", case_start, case_finish,
                  e_self_bounds_the_hausdorff_distance_of_disk_and_triangles,
-                 the_paper_error_is_smaller_and_exceeded);
+                 the_paper_error_is_smaller_and_exceeded, varied_colours_make_larger_errors);
 }

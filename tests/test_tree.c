@@ -247,6 +247,9 @@ static void check_leaf(const struct scene *s, const struct spb_node *leaf)
         double d[3];
         vec_sub(face.corner[k], leaf->center, d);
         height = larger_of(height, fabs(vec_dot(d, normal)));
+        for (int a = 0; a < 3; a++)
+            d[a] -= (double)leaf->sample_step * leaf->sample[a][k];
+        ck_assert_double_le(vec_length(d), (double)leaf->slack);
         for (int a = 0; a < 3; a++) {
             const double least = smaller_of(face.corner[0][a],
                                             smaller_of(face.corner[1][a], face.corner[2][a]));
@@ -301,7 +304,7 @@ START_TEST(leaves_are_the_same_without_vectors)
 }
 END_TEST
 
-/* The reach by its definition: see bound.c. */
+/* The reach over leaves by its definition: see bound.c. */
 static double plain_reach(const struct spb_node *node, const struct spb_node *children,
                           uint32_t count)
 {
@@ -337,6 +340,61 @@ static double plain_reach(const struct spb_node *node, const struct spb_node *ch
     return smaller_of(reach, 2 * node->radius) * (1 + 0x1p-44);
 }
 
+/* What a child adds to the variance of a node's normals and colours. */
+static double spread_of(const struct spb_node *node, const struct spb_node *child)
+{
+    double n[3], m[3], square = 0;
+    spc_normal_decode(node->normal, n);
+    spc_normal_decode(child->normal, m);
+    for (int a = 0; a < 3; a++)
+        square += pow((node->rgba[a] - child->rgba[a]) / 255.0, 2) / 3;
+    return (double)child->spread + 2 - 2 * smaller_of(1, fabs(vec_dot(n, m))) + square;
+}
+
+/* Point k of a node: within its slack of a triangle below. */
+static void sample_of(const struct spb_node *node, int k, double out[3])
+{
+    for (int a = 0; a < 3; a++)
+        out[a] = node->center[a] + (double)node->sample_step * node->sample[a][k];
+}
+
+/* From a place to the nearest of the children's points; their slack comes on top. */
+static double to_samples(const double p[3], const struct spb_node *children, uint32_t count, double *slack)
+{
+    double best = HUGE_VAL;
+    *slack = 0;
+    for (uint32_t i = 0; i < count; i++)
+        for (int k = 0; k < children[i].sample_count; k++) {
+            double s[3];
+            sample_of(&children[i], k, s);
+            best = fmin(best, vec_distance(p, s));
+            *slack = fmax(*slack, (double)children[i].slack);
+        }
+    return best;
+}
+
+/* No point of the disk is further from the children's points than the reach less their slack. */
+static void check_samples(const struct spb_node *node, const struct spb_node *children, bool leaves)
+{
+    const double off = 1e-12 * (node->radius + (double)node->slack);
+    double n[3], u[3], v[3], p[3], slack;
+    spc_normal_decode(node->normal, n);
+    tangents(n, u, v);
+    ck_assert_uint_le(node->sample_count, SPB_SAMPLES);
+    for (int k = 0; k < node->sample_count; k++) {
+        sample_of(node, k, p);
+        const double moved = to_samples(p, children, node->child_count, &slack);
+        ck_assert_double_le(moved, (double)node->slack - slack + off);
+    }
+    for (int k = 0; k < 96 && !leaves && node->reach < 2 * node->radius; k++) {
+        const double angle = 0.1 * k, r = k < 64 ? node->radius : node->radius * random_unit();
+        for (int a = 0; a < 3; a++)
+            p[a] = node->center[a] + r * (cos(angle) * u[a] + sin(angle) * v[a]);
+        const double far = to_samples(p, children, node->child_count, &slack);
+        ck_assert_double_le(far + slack, node->reach + off);
+    }
+}
+
 /* Four disks around a place, so that the disk over them is farthest from them in its middle. */
 static void random_ring(struct spb_node *leaves)
 {
@@ -347,6 +405,9 @@ static void random_ring(struct spb_node *leaves)
         leaves[k].radius = q;
         leaves[k].area = 1;
         leaves[k].reach = reach;
+        leaves[k].sample_count = 1;             /* its centre */
+        leaves[k].slack = 0;
+        memset(leaves[k].sample, 0, sizeof leaves[k].sample);
         for (int a = 0; a < 3; a++) {
             leaves[k].center[a] = 0.5 + (a == 2 ? k < 2 ? up : -up : a == k % 2 ? k < 2 ? d : -d : 0);
             leaves[k].box[a] = float_below(leaves[k].center[a] - 2 * q);
@@ -435,8 +496,18 @@ START_TEST(inner_nodes_are_the_same_without_vectors)
             const int asked = spb_center_step(all[i].radius), step = asked < finest ? finest : asked;
             for (int a = 0; a < 3; a++)
                 ck_assert(fmod(all[i].center[a], ldexp(1, step)) == 0);
-            if (!paper)
+            double spread = 0;
+            for (uint32_t k = 0; k < all[i].child_count; k++)
+                spread += spread_of(&all[i], &children[k]) *
+                          (area > 0 ? children[k].area / area : 1.0 / all[i].child_count);
+            ck_assert_double_eq_tol((double)all[i].spread, spread, 1e-6 * (1 + spread));
+            bool leaves = true;
+            for (uint32_t k = 0; k < all[i].child_count; k++)
+                leaves &= children[k].child_count == 0;
+            if (!paper && leaves)
                 ck_assert(all[i].reach == plain_reach(&all[i], children, all[i].child_count));
+            if (!paper)
+                check_samples(&all[i], children, leaves);
         }
     }
     free(all);
