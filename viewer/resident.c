@@ -311,7 +311,9 @@ static void visit(struct spv_resident *r, const struct group *g)
         r->tops[r->out.part.top_count++] = g->id;
     for (uint32_t k = g->cluster.block_first; k < first; k++)
         if (is_here(r, k)) {
-            r->entries[k].wanted = r->frame;        /* what stands in stays */
+            if (r->entries[k].wanted != r->frame)
+                r->entries[k].error = 0;            /* not chosen: else it could keep out what it stands in for */
+            r->entries[k].wanted = r->frame;        /* what stands in stays while there is room */
             draw(r, k, e_parent);
         }
     r->hidden[r->out.part.probe_count] = 0;
