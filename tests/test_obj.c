@@ -407,6 +407,7 @@ START_TEST(a_bad_word_before_the_end_is_no_cut)
             put_bytes(&f, " ", 1);
         scan_read(&f, &s);
         scan_expect_failure(&s, SPC_INPUT_FORMAT, "line 4: '3/' is not a corner of a face");
+        scan_free(&s);
     }
 }
 END_TEST
