@@ -122,10 +122,10 @@ SPB_INLINE void set_steps(struct spb_node *node, double slack)
     node->slack = (float)((slack + (double)node->sample_step * HALF_DIAGONAL) * ROUNDED_UP);
 }
 
-SPB_INLINE int8_t in_steps(double from_center, double per)
+SPB_INLINE int32_t in_steps(double from_center, double per)
 {
     const double steps = floor(from_center * per + 0.5);
-    return (int8_t)(int32_t)smaller_of(127, larger_of(-127, steps));
+    return (int32_t)smaller_of(127, larger_of(-127, steps));
 }
 
 SPB_VECTORS void spb_samples_of_leaf(const double corner[3][3], struct spb_node *leaf)
@@ -135,7 +135,7 @@ SPB_VECTORS void spb_samples_of_leaf(const double corner[3][3], struct spb_node 
     const double per = leaf->sample_step > 0 ? 1 / (double)leaf->sample_step : 0;
     for (int a = 0; a < 3; a++)
         for (int k = 0; k < 3; k++)
-            leaf->sample[a][k] = in_steps(corner[k][a] - leaf->center[a], per);
+            leaf->sample[a][k] = (int8_t)in_steps(corner[k][a] - leaf->center[a], per);
 }
 
 SPB_INLINE void load_points(const struct spb_node *children, const struct spb_node *node,
@@ -175,20 +175,20 @@ SPB_INLINE void view_points(const double n[3], double radius, struct candidates 
 SPB_INLINE void store_corners(const struct candidates *c, struct spb_node *node)
 {
     const double per = node->sample_step > 0 ? 1 / (double)node->sample_step : 0;
-    uint32_t seen[CANDIDATES], count = 0;
+    int32_t all[K], seen[K];        /* three a leaf: no more than K */
+    uint32_t count = 0;
+    for (int i = 0; i < c->count; i++)
+        all[i] = (in_steps(c->at[0][i], per) & 0xFF) << 16 | (in_steps(c->at[1][i], per) & 0xFF) << 8 |
+                 (in_steps(c->at[2][i], per) & 0xFF);
     for (int i = 0; i < c->count; i++) {
-        const int8_t s[3] = {in_steps(c->at[0][i], per), in_steps(c->at[1][i], per),
-                             in_steps(c->at[2][i], per)};
-        const uint32_t all = (uint32_t)(uint8_t)s[0] << 16 | (uint32_t)(uint8_t)s[1] << 8 | (uint8_t)s[2];
         uint32_t same = 0;
-        seen[count] = all;
-        while (seen[same] != all)
+        seen[count] = all[i];
+        while (seen[same] != all[i])
             same++;
-        if (same < count)
-            continue;
-        for (int a = 0; a < 3; a++)
-            node->sample[a][count] = s[a];
-        count++;
+        node->sample[0][count] = (int8_t)(all[i] >> 16);
+        node->sample[1][count] = (int8_t)(all[i] >> 8);
+        node->sample[2][count] = (int8_t)all[i];
+        count += same == count;
     }
     for (uint32_t i = count; i < K; i++)        /* bytes of their own, whatever was there before */
         node->sample[0][i] = node->sample[1][i] = node->sample[2][i] = 0;
@@ -204,7 +204,7 @@ SPB_INLINE void store_nearest(const struct candidates *c, const int32_t nearest[
         for (int k = 0; k < K; k++)
             at[k] = c->at[a][nearest[k]];
         for (int k = 0; k < K; k++)
-            node->sample[a][k] = in_steps(at[k], per);
+            node->sample[a][k] = (int8_t)in_steps(at[k], per);
     }
     node->sample_count = K;
 }
