@@ -99,11 +99,6 @@ static void snap_in_cells(const struct spb_space *space, struct batch *b, uint32
 
 /* ---- the disk ---------------------------------------------------------------------------------- */
 
-SPB_INLINE double square_of(double x, double y, double z)
-{
-    return x * x + y * y + z * z;
-}
-
 SPB_INLINE double largest_of(double a, double b, double c)
 {
     return larger_of(a, larger_of(b, c));

@@ -12,11 +12,6 @@
 /* Of its longest edge, what a corner may move by: 2^-4. And below which share of it a height is none. */
 static const double MOVED = 0x1p-4, FLAT = 0x1p-20;
 
-SPB_INLINE double square_of(double x, double y, double z)
-{
-    return x * x + y * y + z * z;
-}
-
 /* Small or flat, as they are now. Returns whether any is. */
 SPB_VECTORS static int32_t find_suspects(const struct leaf_batch *b, double small, int32_t *suspect,
                                          uint32_t count)

@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <string.h>
 
-/* fmax and fmin of numbers, and ldexp, without a call: builds spend a fifth of their time in these. */
+/* fmax and fmin of numbers, a squared length, ldexp; without a call: builds spend a fifth of their time in these. */
 static inline double larger_of(double a, double b)
 {
     return a > b ? a : b;
@@ -15,6 +15,11 @@ static inline double larger_of(double a, double b)
 static inline double smaller_of(double a, double b)
 {
     return a < b ? a : b;
+}
+
+static inline double square_of(double x, double y, double z)
+{
+    return x * x + y * y + z * z;
 }
 
 static inline double times_exp2(double v, int e)    /* v 2^e, rounded once */

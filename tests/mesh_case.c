@@ -146,6 +146,21 @@ void case_transform(struct case_mesh *m, double scale, const double offset[3])
             m->xyz[i][a] = m->xyz[i][a] * scale + offset[a];
 }
 
+void case_add(struct case_mesh *m, struct case_mesh other, double scale, const double offset[3])
+{
+    m->xyz = realloc(m->xyz, (m->vertex_count + other.vertex_count) * sizeof *m->xyz);
+    m->face = realloc(m->face, (m->face_count + other.face_count) * sizeof *m->face);
+    ck_assert(m->xyz != NULL && m->face != NULL);
+    case_transform(&other, scale, offset);
+    memcpy(m->xyz + m->vertex_count, other.xyz, other.vertex_count * sizeof *m->xyz);
+    for (uint32_t i = 0; i < other.face_count; i++)
+        for (int c = 0; c < 3; c++)
+            m->face[m->face_count + i][c] = m->vertex_count + other.face[i][c];
+    m->vertex_count += other.vertex_count;
+    m->face_count += other.face_count;
+    case_mesh_free(&other);
+}
+
 void case_mesh_free(struct case_mesh *m)
 {
     free(m->xyz);

@@ -30,6 +30,8 @@ struct case_mesh case_sheet(uint32_t n, uint64_t seed);
 
 void case_color(struct case_mesh *mesh);                    /* gives each vertex a colour */
 void case_transform(struct case_mesh *mesh, double scale, const double offset[3]);
+/* Joins other, scaled and moved, to a mesh without colours; other is freed. */
+void case_add(struct case_mesh *mesh, struct case_mesh other, double scale, const double offset[3]);
 void case_mesh_free(struct case_mesh *mesh);
 
 /* Uniform in [0, 1), from a state that it advances. */

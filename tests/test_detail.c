@@ -10,27 +10,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void add(struct case_mesh *m, struct case_mesh other, double scale, const double at[3])
-{
-    m->xyz = realloc(m->xyz, (m->vertex_count + other.vertex_count) * sizeof *m->xyz);
-    m->face = realloc(m->face, (m->face_count + other.face_count) * sizeof *m->face);
-    ck_assert(m->xyz != NULL && m->face != NULL);
-    case_transform(&other, scale, at);
-    memcpy(m->xyz + m->vertex_count, other.xyz, other.vertex_count * sizeof *m->xyz);
-    for (uint32_t i = 0; i < other.face_count; i++)
-        for (int c = 0; c < 3; c++)
-            m->face[m->face_count + i][c] = m->vertex_count + other.face[i][c];
-    m->vertex_count += other.vertex_count;
-    m->face_count += other.face_count;
-    case_mesh_free(&other);
-}
-
 /* A sphere, and beside it one so much smaller: few of its triangles are in the tenth percentile. */
 static struct case_mesh inset(uint32_t fine, double scale, const double at[3])
 {
     struct case_mesh m = case_sphere(3000, 1);
     m.wide = true;
-    add(&m, case_sphere(fine, 2), scale, at);
+    case_add(&m, case_sphere(fine, 2), scale, at);
     return m;
 }
 
@@ -161,7 +146,7 @@ START_TEST(an_inset_across_cells_has_no_cracks)
     find_border(&m, BESIDE, border);
     border[0] -= 9e-4;
     border[1] += 3e-4;
-    add(&m, case_sphere(700, 2), 1e-3, border);
+    case_add(&m, case_sphere(700, 2), 1e-3, border);
     const struct spb_build_report report = build(&m, SPB_DETAIL_AUTO, "a.spc");
     ck_assert_int_gt(report.coarse_exp, report.header.vertex_exp);
     ck_assert_uint_eq(report.shapes.moved, 0);
@@ -176,7 +161,7 @@ END_TEST
 START_TEST(insets_in_an_inset_keep_their_shape)
 {
     struct case_mesh m = inset(200, 1e-3, BESIDE);
-    add(&m, case_sphere(30, 4), 1e-6, BESIDE);
+    case_add(&m, case_sphere(30, 4), 1e-6, BESIDE);
     ck_assert_uint_eq(build(&m, SPB_DETAIL_AUTO, "a.spc").shapes.moved, 0);
     ck_assert_uint_eq(faces_lost("a.spc", &m, 0), 0);
     case_mesh_free(&m);
@@ -218,7 +203,7 @@ START_TEST(areas_that_the_lattice_takes_are_counted)
     thin.vertex_count = 3;
     memcpy(thin.xyz, corners, sizeof corners);
     memcpy(thin.face[0], (uint32_t[3]){0, 1, 2}, 12);
-    add(&m, thin, 1, (double[3]){0, 0, 0});
+    case_add(&m, thin, 1, (double[3]){0, 0, 0});
     ck_assert_uint_eq(build(&m, SPB_DETAIL_AUTO, "a.spc").shapes.flat, 1);
     m.xyz[m.vertex_count - 1][1] = 0.125;   /* flat before: not the lattice's doing */
     ck_assert_uint_eq(build(&m, SPB_DETAIL_AUTO, "a.spc").shapes.flat, 0);
@@ -232,7 +217,7 @@ START_TEST(what_no_lattice_holds_is_told_and_strict_refuses_it)
     struct case_mesh m = case_sphere(3000, 1);
     const double at[3] = {m.xyz[7][0], m.xyz[7][1], m.xyz[7][2]};   /* among faces that must stay */
     m.wide = true;
-    add(&m, case_sphere(200, 2), 1e-14, at);
+    case_add(&m, case_sphere(200, 2), 1e-14, at);
     struct case_mesh fine = case_sphere(200, 2);
     const struct spb_build_report report = build(&m, 0, "a.spc");
     ck_assert_uint_eq(report.shapes.moved, fine.face_count);

@@ -364,21 +364,6 @@ END_TEST
 
 /* ---- detail ------------------------------------------------------------------------------------ */
 
-static void add(struct case_mesh *m, struct case_mesh other, double scale, const double at[3])
-{
-    m->xyz = realloc(m->xyz, (m->vertex_count + other.vertex_count) * sizeof *m->xyz);
-    m->face = realloc(m->face, (m->face_count + other.face_count) * sizeof *m->face);
-    ck_assert(m->xyz != NULL && m->face != NULL);
-    case_transform(&other, scale, at);
-    memcpy(m->xyz + m->vertex_count, other.xyz, other.vertex_count * sizeof *m->xyz);
-    for (uint32_t i = 0; i < other.face_count; i++)
-        for (int c = 0; c < 3; c++)
-            m->face[m->face_count + i][c] = m->vertex_count + other.face[i][c];
-    m->vertex_count += other.vertex_count;
-    m->face_count += other.face_count;
-    case_mesh_free(&other);
-}
-
 /* Spheres, each a thousandth of the last; the largest triangle is 1e9 times the smallest and more. */
 START_TEST(detail_of_a_billionth_is_seen_from_both_ends)
 {
@@ -386,7 +371,7 @@ START_TEST(detail_of_a_billionth_is_seen_from_both_ends)
     struct case_mesh m = case_sphere(400, 1);
     m.wide = true;
     for (int k = 1; k < 4; k++)
-        add(&m, case_sphere(600, (uint64_t)k), pow(10, -3 * k), places[k]);
+        case_add(&m, case_sphere(600, (uint64_t)k), pow(10, -3 * k), places[k]);
     struct spc_reader *r = build_named(&m, "a");
     for (int k = 0; k < 4; k++) {
         char what[60];
